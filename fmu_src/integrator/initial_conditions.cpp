@@ -1,0 +1,164 @@
+#include "integrator/initial_conditions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "integrator/kkt_layout.h"
+
+namespace sigmafmu {
+
+ConsistentSolver::ConsistentSolver(const System& system)
+    : system_(system),
+      evaluation_(system.make_evaluation()),
+      lu_(make_kkt_solver(system.pattern(), 1)),
+      factorization_(lu_.make_factorization()) {
+  const int n = system.velocity_size();
+  for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
+  for (VectorXd* x : {&zero_lambda_, &lambda_s_}) x->setZero(system.constraint_size());
+  for (VectorXd* x : {&zero_input_, &u_}) x->setZero(system.input_size());
+  x_.setZero(n + system.constraint_size());
+  q_s_.setZero(system.position_size());
+}
+
+bool ConsistentSolver::factorize() {
+  lu_.set_zero(factorization_);
+  const int bodies = system_.body_count();
+  for (int i = 0; i < bodies; ++i) {
+    auto M = lu_.block(factorization_, i, i);
+    M.diagonal().head<3>().setConstant(system_.body(i).mass);
+    M.bottomRightCorner<3, 3>() = system_.body(i).J;
+  }
+  for (const auto& [joint, body, side] : system_.pattern().incidences) {
+    const JointRows& B = evaluation_.joints[joint].B[side];
+    lu_.block(factorization_, bodies + joint, body) = B;
+    lu_.block(factorization_, body, bodies + joint) = B.transpose();
+  }
+  return lu_.factorize(factorization_);
+}
+
+void ConsistentSolver::solve() { lu_.solve(factorization_, x_.data()); }
+
+bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+                                     VectorXd& lambda) {
+  system_.evaluate(q, v, evaluation_);
+  system_.constraint_rates(evaluation_);
+  if (!factorize()) return false;
+  system_.residual(evaluation_, zero_velocity_, zero_lambda_, u, r_);
+  motion() = -r_;
+  multipliers().setZero();
+  for (const auto& [joint, body, side] : system_.pattern().incidences) {
+    const JointRows& Z = evaluation_.joints[joint].Z[side];
+    multipliers().segment(system_.lambda_index(joint), Z.rows()).noalias() -=
+        Z.lazyProduct(v.segment<kVelocitiesPerBody>(kVelocitiesPerBody * body));
+  }
+  solve();
+  vdot = motion();
+  lambda = multipliers();
+  return x_.allFinite();
+}
+
+void ConsistentSolver::displace(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double s,
+                                VectorXd& q_s, VectorXd& v_s) const {
+  v_s = v + s * vdot;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    const lie::Vector6d theta = s * v.segment<6>(6 * i) + (0.5 * s * s) * vdot.segment<6>(6 * i);
+    q_s.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), theta);
+  }
+}
+
+double ConsistentSolver::difference_time(const VectorXd& v) const {
+  double w = 1.0;  // [rad/s]
+  for (int i = 0; i < system_.body_count(); ++i) w = std::max(w, v.segment<3>(6 * i + 3).norm());
+  return 1e-4 / w;
+}
+
+bool ConsistentSolver::jerk(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, const InputSignal& input,
+                            double t, VectorXd& vddot) {
+  const double s = difference_time(v);
+  displace(q, v, vdot, -s, q_s_, v_s_);
+  input.value(t - s, u_);
+  if (!accelerations(q_s_, v_s_, u_, vdot_minus_, lambda_s_)) return false;
+  displace(q, v, vdot, s, q_s_, v_s_);
+  input.value(t + s, u_);
+  if (!accelerations(q_s_, v_s_, u_, vdot_plus_, lambda_s_)) return false;
+  vddot = (vdot_plus_ - vdot_minus_) / (2 * s);
+  return true;
+}
+
+ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
+  constexpr int kMaxIterations = 50;
+  constexpr double kReached = 1e-12, kRounding = 1e-15, kMaxRotation = 0.5;  // [m or 1], [rad]
+  Assembly result{true, -1, 0, 0};
+  double previous = INFINITY;
+  for (;; ++result.iterations) {
+    system_.evaluate(q, zero_velocity_, evaluation_);
+    result.residual = 0;
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const double phi = evaluation_.joints[j].phi.lpNorm<Eigen::Infinity>();
+      if (!(phi <= result.residual)) result.residual = phi, result.worst_joint = j;
+    }
+    const double scale = 1.0 + q.lpNorm<Eigen::Infinity>();
+    const bool reached = result.residual <= kReached * scale;
+    if (result.residual <= kRounding * scale || (reached && result.residual >= 0.5 * previous)) return result;
+    result.possible = reached;
+    if (result.iterations == kMaxIterations || !std::isfinite(result.residual) || !factorize()) return result;
+    previous = result.residual;
+
+    motion().setZero();
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const JointVector& phi = evaluation_.joints[j].phi;
+      multipliers().segment(system_.lambda_index(j), phi.size()) = -phi;
+    }
+    solve();
+    double rotation = 0;
+    for (int i = 0; i < system_.body_count(); ++i) {
+      rotation = std::max(rotation, motion().segment<3>(6 * i + 3).norm());
+    }
+    if (rotation > kMaxRotation) motion() *= kMaxRotation / rotation;
+    for (int i = 0; i < system_.body_count(); ++i) {
+      q.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), motion().segment<6>(6 * i));
+    }
+    result.possible = true;
+  }
+}
+
+bool ConsistentSolver::project_velocities(const VectorXd& q, VectorXd& v) {
+  for (int repeat = 0; repeat < 2; ++repeat) {  // the second removes the rounding of the first
+    system_.evaluate(q, v, evaluation_);
+    if (!factorize()) return false;
+    motion().setZero();
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const JointVector& phidot = evaluation_.joints[j].phidot;
+      multipliers().segment(system_.lambda_index(j), phidot.size()) = -phidot;
+    }
+    solve();
+    v += motion();
+  }
+  return v.allFinite();
+}
+
+void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
+              VectorXd& v) {
+  for (int i = 0; i < system.body_count(); ++i) {
+    const RigidBodyDef& body = definition.bodies[i];
+    q.segment<3>(7 * i) = body.initial_position;
+    q.segment<4>(7 * i + 3) = body.initial_quaternion.normalized();
+    v.segment<3>(6 * i) = body.initial_velocity;
+    v.segment<3>(6 * i + 3) = body.initial_angular_velocity;
+  }
+  const auto result = solver.project_positions(q);
+  if (!result.possible) {
+    std::ostringstream message;
+    message << "The mechanism cannot be assembled from its initial positions: joint "
+            << definition.joints[result.worst_joint].name << " keeps a position residual of " << result.residual
+            << " after " << result.iterations << " iterations; 1e-12 is allowed.";
+    throw std::runtime_error(message.str());
+  }
+  if (!solver.project_velocities(q, v)) {
+    throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
+  }
+}
+
+}  // namespace sigmafmu

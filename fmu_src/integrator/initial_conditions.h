@@ -1,0 +1,64 @@
+// Index-1 form of the equations of motion, and consistent values that follow from it.
+//
+//   [M  B^T] [vdot  ]   [-g     ]
+//   [B  0  ] [lambda] = [-Z v   ]        (Phi'' = B vdot + Z v = 0)
+//
+// The same matrix projects positions and velocities onto the constraints with the least change in the mass metric.
+// A ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
+#pragma once
+
+#include "integrator/block_lu.h"
+#include "integrator/input_signal.h"
+#include "multibody/system.h"
+
+namespace sigmafmu {
+
+class ConsistentSolver {
+ public:
+  explicit ConsistentSolver(const System& system);
+
+  // vdot and lambda at (q, v, u). False when the constraints are dependent or a value is not finite.
+  [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+                                   VectorXd& lambda);
+  // Kinematics, constraints and Z at the point of the last call of accelerations().
+  const Evaluation& evaluation() const { return evaluation_; }
+
+  // A point displaced along the motion by time s: q o exp(s v + s^2/2 vdot), v + s vdot.
+  void displace(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double s, VectorXd& q_s,
+                VectorXd& v_s) const;
+  // A time [s] small against the motion: central differences along it are accurate to about 1e-8.
+  double difference_time(const VectorXd& v) const;
+  // d(vdot)/dt along the motion at time t, by central difference.
+  [[nodiscard]] bool jerk(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, const InputSignal& input,
+                          double t, VectorXd& vddot);
+
+  // Moves q onto Phi(q) = 0; false when it cannot be reached. `worst_joint` is the one with the largest residual.
+  struct Assembly {
+    bool possible;
+    int worst_joint;
+    double residual;  // largest |Phi| [m or 1]
+    int iterations;
+  };
+  Assembly project_positions(VectorXd& q);
+  // Moves v onto B(q) v = 0.
+  [[nodiscard]] bool project_velocities(const VectorXd& q, VectorXd& v);
+
+ private:
+  bool factorize();
+  void solve();
+  Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
+  Eigen::Map<VectorXd> multipliers() { return {x_.data() + system_.velocity_size(), system_.constraint_size()}; }
+
+  const System& system_;
+  Evaluation evaluation_;
+  BlockLU lu_;
+  Factorization factorization_;
+  VectorXd x_, zero_velocity_, zero_lambda_, zero_input_, r_;
+  VectorXd u_, q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
+};
+
+// The initial positions and velocities of a definition, moved onto the constraints. Throws std::runtime_error with one
+// sentence when the mechanism cannot be assembled.
+void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
+
+}  // namespace sigmafmu

@@ -1,0 +1,12 @@
+// Nodes of a KKT matrix for the block solver: bodies first, then joints with `sets` unknowns per equation.
+#pragma once
+
+#include "integrator/block_lu.h"
+#include "multibody/system.h"
+
+namespace sigmafmu {
+
+// sets = 1: (motion, lambda); sets = 2: (motion, lambda and mu). Bodies are eliminated before joints.
+BlockLU make_kkt_solver(const BlockPattern& pattern, int sets);
+
+}  // namespace sigmafmu

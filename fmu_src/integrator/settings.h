@@ -1,0 +1,42 @@
+// What a user can choose of the integrator, and the generalized-alpha parameters that follow.
+#pragma once
+
+namespace sigmafmu {
+
+// Values are those of the FMU's enumerations (integrator.formulation, ...), which count from 1.
+enum class Formulation { index3 = 1, index2, stabilized_index2 };
+enum class Corrector { residual = 1, incremental };
+enum class Jacobian { full = 1, tangent_free };
+enum class Newton { full = 1, modified };
+
+struct IntegratorSettings {
+  double step_size = 1e-3;           // h: largest internal step [s]
+  double spectral_radius = 0.9;      // rho_inf in [0, 1]
+  double sigma = 1.0;                // Eq. (13)
+  double absolute_tolerance = 1e-10;  // Newton: velocity increments [m/s], [rad/s]
+  double relative_tolerance = 1e-8;   // Newton: relative to each body's velocity
+  int formulation = static_cast<int>(Formulation::stabilized_index2);
+  int corrector = static_cast<int>(Corrector::residual);
+  int jacobian = static_cast<int>(Jacobian::full);
+  int newton = static_cast<int>(Newton::full);
+
+  bool is(Formulation f) const { return formulation == static_cast<int>(f); }
+  bool is(Corrector c) const { return corrector == static_cast<int>(c); }
+  bool is(Jacobian j) const { return jacobian == static_cast<int>(j); }
+  bool is(Newton n) const { return newton == static_cast<int>(n); }
+};
+
+// Chung and Hulbert's parameters for a spectral radius rho at infinite frequency.
+struct AlphaParameters {
+  double alpha_m, alpha_f, beta, gamma;
+
+  explicit AlphaParameters(double rho)
+      : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)) {
+    gamma = 0.5 + alpha_f - alpha_m;
+    beta = 0.25 * (gamma + 0.5) * (gamma + 0.5);
+  }
+  // a_n approximates vdot(t_n + shift h).
+  double shift() const { return alpha_m - alpha_f; }
+};
+
+}  // namespace sigmafmu
