@@ -13,7 +13,8 @@ struct InputSignal {
   double t0 = 0;                                     // [s]
   Eigen::VectorXd derivative[kMaxDerivative + 1];    // u_0, u_1, u_2: force [N], torque [N m] and per s, s2
 
-  explicit InputSignal(int size = 0) {
+  InputSignal() = default;
+  explicit InputSignal(int size) {
     for (auto& d : derivative) d.setZero(size);
   }
   void value(double t, Eigen::VectorXd& u) const {

@@ -1,0 +1,81 @@
+# Everything runs in the private environment .venv: needs python3 >= 3.10 with venv, g++ >= 11, make and git.
+# `make V=1 …` shows the compiler's and pip's output, `make test PYTEST_ARGS="-k heavy"` passes options to pytest.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+BUILD  := build/release
+PIP    := $(BIN)/python -m pip $(if $(V),-v,-q) --disable-pip-version-check
+
+# Stamps: a step runs again only when something it reads has changed.
+SETUP := $(VENV)/.setup
+BUILT := $(BUILD)/.installed
+
+SOURCE_DIRS := fmu_src models modelDescription tools
+BUILD_FILES := CMakeLists.txt cmake pyproject.toml README.md LICENSE tests/references
+SOURCES := $(shell find $(BUILD_FILES) $(SOURCE_DIRS) -name __pycache__ -prune -o -print 2>/dev/null)
+CPP      = $(shell find $(SOURCE_DIRS) tests -name '*.h' -o -name '*.cpp')
+
+# CMake presets find the tools, Eigen and the FMI headers of the private environment.
+IN_VENV := VIRTUAL_ENV="$(CURDIR)/$(VENV)" PATH="$(CURDIR)/$(BIN):$$PATH"
+ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-file-name=libubsan.so)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup build demo test test-asan lint format bench clean
+
+help: ## print the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(SETUP) ## make the private environment .venv
+build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python package into .venv
+
+$(SETUP): pyproject.toml tools/requirements.py
+	@echo "setup: private environment $(VENV) (packages from PyPI)"
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(PIP) install --upgrade pip
+	@$(BIN)/python tools/requirements.py > $(VENV)/requirements.txt
+	@$(PIP) install -r $(VENV)/requirements.txt
+	@touch $@
+
+$(BUILT): $(SETUP) $(SOURCES)
+	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV)"
+	@$(IN_VENV) $(PIP) install --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) .
+	@touch $@
+
+demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/
+	@echo "demo: HeavyTop and SliderCrank through FMPy"
+	@$(BIN)/sigmafmu demo --output demo
+
+test: build ## run every test
+	@echo "test: pytest"
+	@$(BIN)/python -m pytest -n auto $(PYTEST_ARGS)
+
+test-asan: build ## run the FMU tests against FMUs built with the address and undefined-behaviour sanitizers
+	@echo "test-asan: FMUs with sanitizers -> build/asan/fmus"
+	@$(IN_VENV) cmake --preset asan
+	@$(IN_VENV) cmake --build --preset asan
+	@SIGMAFMU_FMUS="$(CURDIR)/build/asan/fmus" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
+	 ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
+	 $(BIN)/python -m pytest tests/fmu $(PYTEST_ARGS)
+
+lint: $(SETUP) ## check style: ruff and clang-format
+	@echo "lint: ruff, clang-format"
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff format --quiet --check
+	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
+
+format: $(SETUP) ## bring all sources into that style
+	@echo "format: ruff, clang-format"
+	@$(BIN)/ruff check --quiet --fix
+	@$(BIN)/ruff format --quiet
+	@$(if $(CPP),$(BIN)/clang-format -i $(CPP))
+
+bench: build ## time an internal step of every mechanism
+	@echo "bench: cost of an internal step"
+	@$(BIN)/sigmafmu bench
+
+clean: ## remove what the other targets made
+	@echo "clean: $(VENV), build, demo and caches"
+	@rm -rf $(VENV) build demo dist .pytest_cache .ruff_cache .hypothesis
+	@find $(SOURCE_DIRS) tests -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true

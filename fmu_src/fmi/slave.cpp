@@ -1,0 +1,432 @@
+#include "fmi/slave.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace sigmafmu {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kMaxInternalSteps = 1e9;  // per communication step
+
+template <typename Error, typename... Parts>
+[[noreturn]] void fail(const Parts&... parts) {
+  std::ostringstream message;
+  message.precision(17);
+  (message << ... << parts);
+  throw Error(message.str());
+}
+
+// Communication points come from a master that may have accumulated them: rounding is no mistake.
+bool same_time(double a, double b, double step) {
+  return std::abs(a - b) <= 1e-6 * step + 1e-9 * std::max(std::abs(a), std::abs(b));
+}
+
+}  // namespace
+
+Slave::Slave(Mechanism defaults, std::string identity, Reporter report)
+    : defaults_(std::move(defaults)),
+      identity_(std::move(identity)),
+      report_(std::move(report)),
+      mechanism_(defaults_),
+      engine_(std::make_unique<Engine>(mechanism_)) {
+  variables_ = make_variables(mechanism_, engine_->system);
+  for (unsigned i = 0; i < variables_.size(); ++i) {
+    if (variables_[i].causality == Causality::parameter) parameter_references_.push_back(i);
+  }
+  reset();
+}
+
+void Slave::reset() {
+  mechanism_ = defaults_;
+  data_ = Snapshot{};
+  build();
+  read_parameters();
+}
+
+// New engine and zero state for the present parameters; inputs keep their values.
+void Slave::build() {
+  engine_ = std::make_unique<Engine>(mechanism_);
+  const System& system = engine_->system;
+  data_.state = engine_->integrator.make_state();
+  if (data_.input.derivative[0].size() != system.input_size()) data_.input = InputSignal(system.input_size());
+  data_.last_input = data_.input.derivative[0];
+  data_.vdot_before_jump.setZero(system.velocity_size());
+  data_.parameter_jump = false;
+  data_.stale = true;
+  outputs_.evaluation = system.make_evaluation();
+  for (VectorXd* x : {&outputs_.vdot, &vdot_before_, &vdot_after_}) x->setZero(system.velocity_size());
+  for (VectorXd* x : {&outputs_.lambda, &lambda_scratch_}) x->setZero(system.constraint_size());
+  outputs_.u.setZero(system.input_size());
+  outputs_.has_motion = outputs_.has_accelerations = false;
+}
+
+void Slave::read_parameters() {
+  data_.parameters.clear();
+  for (unsigned r : parameter_references_) data_.parameters.push_back(variables_[r].value(mechanism_));
+}
+
+// True when a fixed parameter changed, which needs a new engine.
+bool Slave::apply_parameters(const std::vector<double>& values) {
+  bool rebuild = false;
+  for (std::size_t i = 0; i < parameter_references_.size(); ++i) {
+    const Variable& v = variables_[parameter_references_[i]];
+    if (v.variability == Variability::fixed && v.value(mechanism_) != values[i]) rebuild = true;
+    v.set_value(mechanism_, values[i]);
+  }
+  return rebuild;
+}
+
+void Slave::setup_experiment(double start, bool has_stop, double stop) {
+  if (!std::isfinite(start)) fail<Refused>("startTime is ", start, " s; it must be finite.");
+  if (has_stop && !(stop >= start)) {
+    fail<Refused>("stopTime is ", stop, " s; it must not be before startTime ", start, " s.");
+  }
+  data_.start_time = start;
+  data_.has_stop_time = has_stop;
+  data_.stop_time = stop;
+  data_.stale = true;
+}
+
+void Slave::enter_initialization() { data_.phase = Phase::initialization; }
+
+void Slave::exit_initialization() {
+  ensure_initialized();
+  data_.phase = Phase::step;
+  warn_about_settings();
+}
+
+// Everything from the parameters and initial values; the slave stays as it was (stale) when that fails.
+void Slave::initialize() {
+  try {
+    validate(mechanism_.multibody);
+    build();
+    State& s = data_.state;
+    s.time = data_.start_time;
+    data_.input.t0 = s.time;
+    assemble(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
+  } catch (const std::exception& e) {
+    throw Discarded(e.what());
+  }
+  if (!engine_->integrator.initialize(data_.state, data_.input)) {
+    throw Discarded("The accelerations at the start cannot be computed: redundant joints, or a value that overflows.");
+  }
+  data_.last_input = data_.input.derivative[0];
+  data_.stale = false;
+}
+
+void Slave::ensure_initialized() {
+  if (data_.stale) initialize();
+}
+
+const Variable& Slave::variable(unsigned reference) const {
+  if (reference >= variables_.size()) {
+    fail<Refused>("Value reference ", reference, " is unknown; this FMU has 0 to ", variables_.size() - 1, ".");
+  }
+  return variables_[reference];
+}
+
+View Slave::view() const {
+  const State& s = data_.state;
+  return {engine_->system, s, s.q, s.v, outputs_.evaluation, outputs_.vdot, outputs_.lambda};
+}
+
+void Slave::accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+                                     VectorXd& lambda) {
+  if (!engine_->solver.accelerations(q, v, u, vdot, lambda)) {
+    fail<Discarded>("The accelerations at t = ", time(),
+                    " s cannot be computed: the joints' equations are dependent there, or a value overflows.");
+  }
+}
+
+void Slave::evaluate(bool accelerations) {
+  ensure_initialized();
+  const State& s = data_.state;
+  if (!outputs_.has_motion) {
+    engine_->system.evaluate(s.q, s.v, outputs_.evaluation);
+    outputs_.has_motion = true;
+  }
+  if (accelerations && !outputs_.has_accelerations) {
+    data_.input.value(s.time, outputs_.u);
+    accelerations_or_discard(s.q, s.v, outputs_.u, outputs_.vdot, outputs_.lambda);
+    outputs_.has_accelerations = true;
+  }
+}
+
+void Slave::get(const unsigned* references, std::size_t count, bool integer, double* values) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& v = variable(references[i]);
+    if (v.integer != integer) {
+      fail<Refused>(v.name, " is ", v.integer ? "an Integer" : "a Real", "; it was read as ",
+                    integer ? "an Integer." : "a Real.");
+    }
+    if (v.output) {
+      evaluate(v.needs_accelerations);
+      values[i] = v.output(view(), v.object, v.component);
+    } else if (v.input >= 0) {
+      values[i] = data_.input.derivative[0][v.input];
+    } else {
+      values[i] = v.value(mechanism_);
+    }
+  }
+}
+
+void Slave::require_settable(const Variable& v) const {
+  if (v.causality == Causality::output) fail<Refused>(v.name, " is an output; it cannot be set.");
+  if (v.variability == Variability::fixed && data_.phase != Phase::instantiated &&
+      data_.phase != Phase::initialization) {
+    fail<Refused>(v.name, " is a fixed parameter; it can be set only before the simulation starts, or after a reset.");
+  }
+}
+
+void Slave::set(const unsigned* references, std::size_t count, bool integer, const double* values) {
+  bool changes_input = false, changes_parameter = false;
+  for (std::size_t i = 0; i < count; ++i) {  // check all before changing any
+    const Variable& v = variable(references[i]);
+    if (v.integer != integer) {
+      fail<Refused>(v.name, " is ", v.integer ? "an Integer" : "a Real", "; it was set as ",
+                    integer ? "an Integer." : "a Real.");
+    }
+    require_settable(v);
+    const std::string complaint = v.complaint(values[i]);
+    if (!complaint.empty()) throw Refused(complaint);
+    if (v.input >= 0) {
+      changes_input = true;
+    } else if (v.value(mechanism_) != values[i]) {
+      changes_parameter = true;
+    }
+  }
+  const bool running = data_.phase == Phase::step;
+  if (changes_parameter && running && !data_.parameter_jump) {
+    accelerations_or_discard(data_.state.q, data_.state.v, data_.last_input, data_.vdot_before_jump, lambda_scratch_);
+    data_.parameter_jump = true;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& v = variables_[references[i]];
+    if (v.input >= 0) {
+      data_.input.derivative[0][v.input] = values[i];
+    } else {
+      v.set_value(mechanism_, values[i]);
+    }
+  }
+  if (changes_input) {
+    data_.input.t0 = data_.state.time;
+    outputs_.has_accelerations = false;
+  }
+  if (changes_parameter) {
+    read_parameters();
+    outputs_.has_motion = outputs_.has_accelerations = false;
+  }
+  if (running) {
+    if (changes_parameter) engine_->system.set_values(mechanism_.multibody);
+  } else if (changes_input || changes_parameter) {
+    data_.stale = true;
+  }
+}
+
+void Slave::set_input_derivatives(const unsigned* references, std::size_t count, const int* orders,
+                                  const double* values) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& v = variable(references[i]);
+    if (v.input < 0) fail<Refused>(v.name, " is no input; derivatives can be set for inputs alone.");
+    if (orders[i] < 1 || orders[i] > InputSignal::kMaxDerivative) {
+      fail<Refused>("The derivative order of ", v.name, " is ", orders[i], "; it must be 1 to ",
+                    InputSignal::kMaxDerivative, ".");
+    }
+    if (!std::isfinite(values[i])) {
+      fail<Refused>("Derivative ", orders[i], " of ", v.name, " is ", values[i], "; it must be finite.");
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    data_.input.derivative[orders[i]][variables_[references[i]].input] = values[i];
+  }
+  data_.input.t0 = data_.state.time;
+  if (data_.phase != Phase::step) data_.stale = true;
+}
+
+const Variable& Slave::real_output(unsigned reference, const char* purpose) const {
+  const Variable& v = variable(reference);
+  if (!v.output || v.integer) fail<Refused>(v.name, " is no Real output; ", purpose, " of Real outputs alone.");
+  return v;
+}
+
+void Slave::get_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
+                                   double* values) {
+  bool accelerations = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& v = real_output(references[i], "derivatives can be had");
+    if (orders[i] != 1) fail<Refused>("The derivative order of ", v.name, " is ", orders[i], "; it must be 1.");
+    accelerations = accelerations || v.needs_accelerations;
+  }
+  evaluate(true);  // vdot
+  const State& s = data_.state;
+  const System& system = engine_->system;
+  VectorXd q(s.q.size()), v(s.v.size()), vdot(s.v.size()), lambda(s.lambda.size()), u(system.input_size());
+  Evaluation e = system.make_evaluation();
+  std::fill_n(values, count, 0.0);
+  const double step = engine_->solver.difference_time(s.v);
+  for (double sign : {-1.0, 1.0}) {  // central difference along the motion; outputs are functions of (q, v, u) alone
+    engine_->solver.displace(s.q, s.v, outputs_.vdot, sign * step, q, v);
+    data_.input.value(s.time + sign * step, u);
+    if (accelerations) accelerations_or_discard(q, v, u, vdot, lambda);
+    system.evaluate(q, v, e);
+    const View displaced{system, s, q, v, e, vdot, lambda};
+    for (std::size_t i = 0; i < count; ++i) {
+      const Variable& variable = variables_[references[i]];
+      values[i] += sign * variable.output(displaced, variable.object, variable.component) / (2 * step);
+    }
+  }
+}
+
+void Slave::directional_derivative(const unsigned* outputs, std::size_t output_count, const unsigned* inputs,
+                                   std::size_t input_count, const double* direction, double* derivative) {
+  evaluate(false);
+  const State& s = data_.state;
+  const System& system = engine_->system;
+  VectorXd du = VectorXd::Zero(system.input_size());
+  for (std::size_t i = 0; i < input_count; ++i) {
+    const Variable& v = variable(inputs[i]);
+    if (v.input < 0) fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
+    if (!std::isfinite(direction[i])) fail<Refused>("The direction of ", v.name, " must be finite.");
+    du[v.input] += direction[i];
+  }
+  for (std::size_t i = 0; i < output_count; ++i) real_output(outputs[i], "directional derivatives exist");
+  // Accelerations and multipliers are affine in u with a slope that q alone determines: a difference over any length is
+  // exact, and without velocities it loses no digits to the gyroscopic terms.
+  const VectorXd rest = VectorXd::Zero(s.v.size());
+  VectorXd vdot(s.v.size()), lambda(s.lambda.size());
+  Evaluation e = system.make_evaluation();
+  system.evaluate(s.q, rest, e);
+  std::fill_n(derivative, output_count, 0.0);
+  for (double sign : {-1.0, 1.0}) {
+    accelerations_or_discard(s.q, rest, sign * du, vdot, lambda);
+    const View probed{system, s, s.q, rest, e, vdot, lambda};
+    for (std::size_t i = 0; i < output_count; ++i) {
+      const Variable& v = variables_[outputs[i]];
+      if (v.needs_accelerations) derivative[i] += 0.5 * sign * v.output(probed, v.object, v.component);
+    }
+  }
+}
+
+// After a jump of inputs or tunable parameters vdot and the algorithmic acceleration jump with the loads; without
+// this a step would take the old loads for half of the new ones.
+void Slave::absorb_jump() {
+  State& s = data_.state;
+  data_.input.value(s.time, outputs_.u);
+  if (!data_.parameter_jump && outputs_.u == data_.last_input) return;
+  if (data_.parameter_jump) {
+    vdot_before_ = data_.vdot_before_jump;
+  } else {
+    accelerations_or_discard(s.q, s.v, data_.last_input, vdot_before_, lambda_scratch_);
+  }
+  accelerations_or_discard(s.q, s.v, outputs_.u, vdot_after_, lambda_scratch_);
+  vdot_after_ -= vdot_before_;
+  engine_->integrator.shift_accelerations(s, vdot_after_);
+  data_.parameter_jump = false;
+  data_.last_input = outputs_.u;
+}
+
+bool Slave::do_step(double t, double H) {
+  State& s = data_.state;
+  if (!std::isfinite(t) || !std::isfinite(H) || H < 0) {
+    fail<Refused>("The communication step from ", t, " s by ", H, " s is not possible; both must be finite, the step ",
+                  "not negative.");
+  }
+  const double h = mechanism_.integrator.step_size;
+  if (!same_time(t, s.time, std::max(H, h))) {
+    fail<Refused>("The communication point is ", t, " s, but the FMU is at ", s.time, " s.");
+  }
+  if (data_.has_stop_time && t + H > data_.stop_time && !same_time(t + H, data_.stop_time, std::max(H, h))) {
+    fail<Refused>("The communication step ends at ", t + H, " s, after the stopTime ", data_.stop_time, " s.");
+  }
+  const double ratio = H / h;
+  if (ratio > kMaxInternalSteps) {
+    fail<Refused>("The communication step is ", H, " s; with integrator.stepSize ", h, " s at most ",
+                  kMaxInternalSteps * h, " s is allowed.");
+  }
+  const auto n = static_cast<std::int64_t>(std::ceil(ratio * (1 - 1e-9) - 1e-9));
+  if (n <= 0) {
+    s.time = t + H;
+    return true;
+  }
+  s.time = data_.input.t0 = t;
+  absorb_jump();
+  outputs_.has_motion = outputs_.has_accelerations = false;
+  const std::int64_t retries = s.counters.retries;
+  bool ok = true;
+  for (std::int64_t i = 1; ok && i <= n; ++i) {
+    StepFailure failure;
+    ok = engine_->integrator.step(s, i == n ? t + H : t + H * (static_cast<double>(i) / static_cast<double>(n)),
+                                  data_.input, failure);
+    if (!ok) describe_failure(failure);
+  }
+  data_.input.value(s.time, data_.last_input);
+  for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
+  if (reports_events && s.counters.retries > retries) {
+    std::ostringstream text;
+    text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
+         << " repeated internal steps with half the step size.";
+    report_(Report::event, text.str());
+  }
+  return ok;
+}
+
+void Slave::describe_failure(const StepFailure& f) {
+  std::ostringstream text;
+  text.precision(10);
+  const char* body = f.body >= 0 ? mechanism_.multibody.bodies[f.body].name.c_str() : "";
+  text << "The internal step to t = " << f.time << " s failed even with a step size of " << f.step_size << " s: ";
+  switch (f.reason) {
+    case StepFailure::Reason::rotation:
+      text << "body " << body << " would turn by " << f.measure << " rad in it, less than pi is allowed";
+      break;
+    case StepFailure::Reason::singular:
+      text << "the iteration matrix is singular";
+      break;
+    case StepFailure::Reason::not_finite:
+      text << "the motion of body " << body << " is not finite";
+      break;
+    default:
+      text << "Newton's method did not converge in " << f.iterations << " iterations, the last increment of body "
+           << body << " is " << f.measure << " times the tolerance";
+  }
+  text << "; the last successful time is " << data_.state.time << " s.";
+  message_ = text.str();
+}
+
+void Slave::warn_about_settings() const {
+  const IntegratorSettings& settings = mechanism_.integrator;
+  for (int i = 0; i < engine_->system.body_count(); ++i) {
+    const double w = data_.state.v.segment<3>(6 * i + 3).norm();
+    if (w * settings.step_size > kPi) {
+      std::ostringstream text;
+      text << "integrator.stepSize is " << settings.step_size << " s, but " << mechanism_.multibody.bodies[i].name
+           << " spins at " << w << " rad/s: internal steps will be halved until the rotation in one is below pi; "
+           << "choose at most " << kPi / w / 4 << " s.";
+      report_(Report::warning, text.str());
+    }
+  }
+  if (settings.is(Formulation::index3) && settings.spectral_radius == 1.0 && engine_->system.constraint_size() > 0) {
+    report_(Report::warning,
+            "integrator.formulation index3 with integrator.spectralRadius 1 lets the multipliers oscillate; use a "
+            "smaller spectral radius or stabilizedIndex2.");
+  }
+}
+
+Snapshot Slave::save() const { return data_; }
+
+void Slave::restore(const Snapshot& snapshot) {
+  if (snapshot.parameters.size() != parameter_references_.size()) {
+    throw Refused("The FMU state belongs to another mechanism.");
+  }
+  if (apply_parameters(snapshot.parameters)) {
+    build();
+  } else {
+    engine_->system.set_values(mechanism_.multibody);
+  }
+  data_ = snapshot;
+  outputs_.has_motion = outputs_.has_accelerations = false;
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,130 @@
+#include "fmi/snapshot.h"
+
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+namespace sigmafmu {
+namespace {
+
+constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
+constexpr std::uint32_t kFormat = 1;
+
+// The one list of what a snapshot consists of; `archive` writes or reads each item.
+template <typename Archive, typename AnySnapshot>
+void visit(Archive& archive, AnySnapshot& s) {
+  archive(s.phase), archive(s.start_time), archive(s.stop_time), archive(s.has_stop_time), archive(s.stale);
+  archive(s.parameters);
+  archive(s.input.t0);
+  for (auto& d : s.input.derivative) archive(d);
+  archive(s.last_input), archive(s.parameter_jump), archive(s.vdot_before_jump);
+  auto& x = s.state;
+  archive(x.time), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda), archive(x.angle);
+  archive(x.a_step), archive(x.counters), archive(x.jacobian.values), archive(x.jacobian.pivots);
+  archive(x.jacobian_step);
+}
+
+class Writer {
+ public:
+  template <typename T, std::enable_if_t<std::is_trivially_copyable_v<T>, int> = 0>
+  void operator()(const T& value) {
+    raw(&value, sizeof value);
+  }
+  template <typename T>
+  void operator()(const std::vector<T>& values) {
+    array(values.data(), values.size());
+  }
+  void operator()(const Eigen::VectorXd& values) { array(values.data(), static_cast<std::size_t>(values.size())); }
+  void raw(const void* data, std::size_t size) {
+    if (size == 0) return;
+    const char* begin = static_cast<const char*>(data);
+    bytes.insert(bytes.end(), begin, begin + size);
+  }
+  std::vector<char> bytes;
+
+ private:
+  template <typename T>
+  void array(const T* data, std::size_t count) {
+    (*this)(static_cast<std::uint64_t>(count));
+    raw(data, count * sizeof(T));
+  }
+};
+
+class Reader {
+ public:
+  Reader(const char* begin, const char* end) : at_(begin), end_(end) {}
+
+  template <typename T, std::enable_if_t<std::is_trivially_copyable_v<T>, int> = 0>
+  void operator()(T& value) {
+    raw(&value, sizeof value);
+  }
+  template <typename T>
+  void operator()(std::vector<T>& values) {
+    values.resize(count(sizeof(T)));
+    raw(values.data(), values.size() * sizeof(T));
+  }
+  void operator()(Eigen::VectorXd& values) {
+    values.resize(static_cast<Eigen::Index>(count(sizeof(double))));
+    raw(values.data(), static_cast<std::size_t>(values.size()) * sizeof(double));
+  }
+  void raw(void* data, std::size_t size) {
+    if (size > left()) throw std::invalid_argument("The serialized FMU state is truncated.");
+    if (size > 0) std::memcpy(data, at_, size);
+    at_ += size;
+  }
+  std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
+
+ private:
+  std::size_t count(std::size_t item) {
+    std::uint64_t n = 0;
+    (*this)(n);
+    if (n > left() / item) throw std::invalid_argument("The serialized FMU state is truncated.");
+    return static_cast<std::size_t>(n);
+  }
+  const char* at_;
+  const char* end_;
+};
+
+// FNV-1a, 64 bit: guards against truncation and accidents, not against attackers.
+std::uint64_t checksum(const char* data, std::size_t size) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (std::size_t i = 0; i < size; ++i) hash = (hash ^ static_cast<unsigned char>(data[i])) * 0x100000001b3ULL;
+  return hash;
+}
+
+}  // namespace
+
+std::vector<char> serialize(const Snapshot& snapshot, const std::string& identity) {
+  Writer writer;
+  writer.raw(kMagic, sizeof kMagic);
+  writer(kFormat);
+  writer(std::vector<char>(identity.begin(), identity.end()));
+  visit(writer, snapshot);
+  writer(checksum(writer.bytes.data(), writer.bytes.size()));
+  return std::move(writer.bytes);
+}
+
+Snapshot deserialize(const char* bytes, std::size_t size, const std::string& identity) {
+  std::uint64_t sum = 0;
+  if (size < sizeof kMagic + sizeof sum || std::memcmp(bytes, kMagic, sizeof kMagic) != 0) {
+    throw std::invalid_argument("The bytes are no serialized FMU state of sigmafmu.");
+  }
+  std::memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
+  if (sum != checksum(bytes, size - sizeof sum)) {
+    throw std::invalid_argument("The serialized FMU state is truncated or damaged: its checksum is wrong.");
+  }
+  Reader reader(bytes + sizeof kMagic, bytes + size - sizeof sum);
+  std::uint32_t format = 0;
+  std::vector<char> other;
+  reader(format);
+  reader(other);
+  if (format != kFormat || std::string(other.begin(), other.end()) != identity) {
+    throw std::invalid_argument("The serialized FMU state belongs to another FMU or another version of it.");
+  }
+  Snapshot snapshot;
+  visit(reader, snapshot);
+  return snapshot;
+}
+
+}  // namespace sigmafmu

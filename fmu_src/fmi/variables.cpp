@@ -1,0 +1,344 @@
+#include "fmi/variables.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace sigmafmu {
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+
+const BodyKinematics& side(const View& view, int body) { return view.system.kinematics(view.evaluation, body); }
+
+Joint::Reaction reaction(const View& view, int j) {
+  const Joint& joint = view.system.joint(j);
+  return joint.reaction(side(view, joint.body2()), view.evaluation.joints[j],
+                        view.lambda.data() + view.system.lambda_index(j));
+}
+
+double joint_coordinate(const View& view, int j, int) {
+  const Joint& joint = view.system.joint(j);
+  const double x = joint.coordinate(side(view, joint.body1()), side(view, joint.body2()));
+  if (joint.type() != JointType::revolute) return x;
+  return x + kTwoPi * std::round((view.state.angle[j] - x) / kTwoPi);  // the state counts turns
+}
+
+double joint_rate(const View& view, int j, int) {
+  const Joint& joint = view.system.joint(j);
+  return joint.coordinate_rate(side(view, joint.body1()), side(view, joint.body2()));
+}
+
+// Adds variables to the table; one call per row of the interface's tables.
+class Table {
+ public:
+  Table(const Mechanism& m, const System& s) : mechanism_(m), system_(s) {}
+
+  std::vector<Variable> make() {
+    const auto& d = mechanism_.multibody;
+    for (int i = 0; i < system_.body_count(); ++i) body(i, d.bodies[i].name);
+    for (int j = 0; j < system_.joint_count(); ++j) joint(j, d.joints[j].name);
+    for (int s = 0; s < system_.spring_damper_count(); ++s) spring_damper(s, d.spring_dampers[s].name);
+    for (std::size_t l = 0; l < d.loads.size(); ++l) load(static_cast<int>(l), d.loads[l]);
+    global();
+    integrator();
+    return std::move(variables_);
+  }
+
+ private:
+  using Output = double (*)(const View&, int, int);
+  using Parameter = double& (*)(Mechanism&, int, int);
+
+  Variable& add(std::string name, const char* unit, std::string description) {
+    Variable v;
+    v.name = std::move(name);
+    v.unit = unit;
+    v.description = std::move(description);
+    variables_.push_back(std::move(v));
+    return variables_.back();
+  }
+  // Calls make(index, suffix) for a vector's elements, named [1], [2], ...
+  template <typename Make>
+  void elements(int count, Make make) {
+    for (int i = 0; i < count; ++i) make(i, "[" + std::to_string(i + 1) + "]");
+  }
+  void outputs(int object, const std::string& name, int count, const char* unit, const char* display,
+               const std::string& description, Output output, bool needs_accelerations = false) {
+    elements(count, [&](int i, const std::string& suffix) {
+      output_scalar(object, name + suffix, unit, display, description, output, needs_accelerations).component = i;
+    });
+  }
+  Variable& output_scalar(int object, const std::string& name, const char* unit, const char* display,
+                          const std::string& description, Output output, bool needs_accelerations = false) {
+    Variable& v = add(name, unit, description);
+    v.display_unit = display;
+    v.object = object;
+    v.output = output;
+    v.needs_accelerations = needs_accelerations;
+    return v;
+  }
+  Variable& parameter(int object, const std::string& name, const char* unit, const char* display,
+                      const std::string& description, Parameter access, Variability variability) {
+    Variable& v = add(name, unit, description);
+    v.display_unit = display;
+    v.causality = Causality::parameter;
+    v.variability = variability;
+    v.object = object;
+    v.parameter = access;
+    return v;
+  }
+  void parameters(int object, const std::string& name, int count, const char* unit, const char* display,
+                  const std::string& description, Parameter access, Variability variability, double min = -INFINITY) {
+    elements(count, [&](int i, const std::string& suffix) {
+      Variable& v = parameter(object, name + suffix, unit, display, description, access, variability);
+      v.component = i;
+      v.min = min;
+    });
+  }
+  void input(int index, const std::string& name, const char* unit, const std::string& description) {
+    Variable& v = add(name, unit, description);
+    v.causality = Causality::input;
+    v.input = index;
+  }
+  void inputs(int first, const std::string& name, const char* unit, const std::string& description) {
+    elements(3, [&](int i, const std::string& suffix) { input(first + i, name + suffix, unit, description); });
+  }
+
+  void body(int b, const std::string& n);
+  void joint(int j, const std::string& n);
+  void spring_damper(int s, const std::string& n);
+  void load(int l, const LoadDef& d);
+  void global();
+  void integrator();
+
+  const Mechanism& mechanism_;
+  const System& system_;
+  std::vector<Variable> variables_;
+};
+
+void Table::body(int b, const std::string& n) {
+  using V = const View&;
+  outputs(b, n + ".position", 3, "m", nullptr, "Position of the centre of mass in W",
+          [](V v, int o, int i) { return v.q[7 * o + i]; });
+  outputs(b, n + ".quaternion", 4, "1", nullptr, "Orientation R_WB as unit quaternion (w, x, y, z)",
+          [](V v, int o, int i) { return v.q[7 * o + 3 + i]; });
+  outputs(b, n + ".rotationVector", 3, "rad", "deg", "Orientation R_WB as rotation vector, at most pi long",
+          [](V v, int o, int i) { return lie::log(lie::quaternion(v.q.data() + 7 * o))[i]; });
+  outputs(b, n + ".velocity", 3, "m/s", nullptr, "Velocity of the centre of mass in W",
+          [](V v, int o, int i) { return v.v[6 * o + i]; });
+  outputs(b, n + ".angularVelocity", 3, "rad/s", "rpm", "Angular velocity in body axes",
+          [](V v, int o, int i) { return v.v[6 * o + 3 + i]; });
+  outputs(b, n + ".acceleration", 3, "m/s2", nullptr, "Acceleration of the centre of mass in W",
+          [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
+  outputs(b, n + ".angularAcceleration", 3, "rad/s2", nullptr, "Angular acceleration in body axes",
+          [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
+  inputs(system_.force_index(b), n + ".force", "N", "Force applied at the centre of mass, in W");
+  inputs(system_.force_index(b) + 3, n + ".torque", "N.m", "Torque applied, in body axes");
+
+  constexpr auto fixed = Variability::fixed;
+  Variable& mass = parameter(b, n + ".mass", "kg", nullptr, "Mass",
+                             [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; }, fixed);
+  mass.min = 0;
+  mass.above_min = true;
+  const char* moments[] = {"xx", "yy", "zz"};
+  for (int i = 0; i < 3; ++i) {
+    Variable& v = parameter(
+        b, n + ".inertia." + moments[i], "kg.m2", nullptr, "Moment of inertia about the centre of mass, body axes",
+        [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia[c]; }, fixed);
+    v.component = i;
+    v.min = 0;
+    v.above_min = true;
+  }
+  const char* products[] = {"xy", "xz", "yz"};
+  for (int i = 0; i < 3; ++i) {
+    parameter(b, n + ".inertia." + products[i], "kg.m2", nullptr,
+              "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
+              [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
+        .component = i;
+  }
+  const std::string projected = ", before projection onto the constraints";
+  parameters(b, n + ".initialPosition", 3, "m", nullptr, "Initial position in W" + projected,
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
+  parameters(b, n + ".initialQuaternion", 4, "1", nullptr,
+             "Initial orientation R_WB (w, x, y, z), normalized" + projected,
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
+  parameters(b, n + ".initialVelocity", 3, "m/s", nullptr, "Initial velocity in W" + projected,
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
+  parameters(
+      b, n + ".initialAngularVelocity", 3, "rad/s", "rpm", "Initial angular velocity in body axes" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
+}
+
+void Table::joint(int j, const std::string& n) {
+  const Joint& joint = system_.joint(j);
+  if (joint.type() == JointType::revolute) {
+    output_scalar(j, n + ".angle", "rad", "deg", "Joint angle, counting turns", joint_coordinate);
+    output_scalar(j, n + ".angularRate", "rad/s", "rpm", "Rate of the joint angle", joint_rate);
+    input(system_.motor_index(j), n + ".motorTorque", "N.m", "Torque about the joint axis on the second body");
+  } else if (joint.type() == JointType::prismatic) {
+    output_scalar(j, n + ".displacement", "m", "mm", "Displacement along the joint axis", joint_coordinate);
+    output_scalar(j, n + ".rate", "m/s", nullptr, "Rate of the displacement", joint_rate);
+    input(system_.motor_index(j), n + ".actuatorForce", "N", "Force along the joint axis on the second body");
+  }
+  outputs(j, n + ".reactionForce", 3, "N", nullptr, "Force of the joint on the second body, in W",
+          [](const View& v, int o, int i) { return reaction(v, o).force[i]; }, true);
+  outputs(j, n + ".reactionTorque", 3, "N.m", nullptr,
+          "Torque of the joint on the second body about the joint's point on it, in W",
+          [](const View& v, int o, int i) {
+            // exactly zero where the joint has none, not the rounding of a difference
+            return v.system.joint(o).type() == JointType::spherical ? 0.0 : reaction(v, o).torque[i];
+          },
+          joint.type() != JointType::spherical);
+}
+
+void Table::spring_damper(int s, const std::string& n) {
+  outputs(s, n + ".position", 3, "m", "mm", "Attachment point on the second body, in W",
+          [](const View& v, int o, int i) {
+            const SpringDamper& spring = v.system.spring_damper(o);
+            const BodyKinematics& k = side(v, spring.body2);
+            return (k.p_WB + k.R_WB * spring.points.s2)[i];
+          });
+  outputs(s, n + ".force", 3, "N", nullptr, "Force of spring and damper (actuator excluded) on the second body, in W",
+          [](const View& v, int o, int i) {
+            return v.system.spring_damper(o).force(v.evaluation.spring_dampers[o])[i];
+          });
+  inputs(system_.actuator_index(s), n + ".actuatorForce", "N",
+         "Actuator force on the attachment point of the second body, in W");
+  parameters(s, n + ".stiffness", 3, "N/m", nullptr, "Stiffness along the axes of W",
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].stiffness[c]; },
+             Variability::tunable, 0);
+  parameters(s, n + ".damping", 3, "N.s/m", nullptr, "Damping along the axes of W",
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].damping[c]; },
+             Variability::tunable, 0);
+}
+
+void Table::load(int l, const LoadDef& d) {
+  parameters(l, d.name + ".force", 3, "N", nullptr, "Constant force at the centre of mass, in W: " + d.description,
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].force[c]; },
+             Variability::tunable);
+  parameters(l, d.name + ".torque", 3, "N.m", nullptr, "Constant torque, in W: " + d.description,
+             [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].torque[c]; },
+             Variability::tunable);
+}
+
+void Table::global() {
+  using V = const View&;
+  parameters(0, "gravity", 3, "m/s2", nullptr, "Gravitational acceleration in W",
+             [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
+  output_scalar(0, "energy.kinetic", "J", nullptr, "Kinetic energy of all bodies",
+                [](V v, int, int) { return v.system.kinetic_energy(v.evaluation); });
+  output_scalar(0, "energy.potential", "J", nullptr, "Potential energy of gravity (zero at the origin of W) and springs",
+                [](V v, int, int) { return v.system.potential_energy(v.evaluation); });
+  output_scalar(0, "energy.total", "J", nullptr, "Kinetic and potential energy", [](V v, int, int) {
+    return v.system.kinetic_energy(v.evaluation) + v.system.potential_energy(v.evaluation);
+  });
+  output_scalar(0, "constraint.positionResidual", "1", nullptr,
+                "Largest violation of a joint equation (m, or 1 for directions)",
+                [](V v, int, int) { return v.system.position_residual(v.evaluation); });
+  output_scalar(0, "constraint.velocityResidual", "1", nullptr,
+                "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
+                [](V v, int, int) { return v.system.velocity_residual(v.evaluation); });
+}
+
+void Table::integrator() {
+  constexpr auto fixed = Variability::fixed;
+  using M = Mechanism&;
+  const std::string n = "integrator.";
+  auto real = [&](const char* name, const char* unit, const char* description, Parameter access) -> Variable& {
+    return parameter(0, n + name, unit, nullptr, description, access, fixed);
+  };
+  Variable& h = real("stepSize", "s", "Largest internal step",
+                     [](M m, int, int) -> double& { return m.integrator.step_size; });
+  h.min = 0;
+  h.above_min = true;
+  Variable& rho = real("spectralRadius", "1", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
+                       [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
+  rho.min = 0;
+  rho.max = 1;
+  real("sigma", "1", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
+       [](M m, int, int) -> double& { return m.integrator.sigma; });
+  Variable& absolute = real("absoluteTolerance", "1", "Newton's method: allowed velocity increment (m/s and rad/s)",
+                            [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
+  absolute.min = 0;
+  absolute.above_min = true;
+  Variable& relative = real("relativeTolerance", "1", "Newton's method: allowed increment relative to a body's velocity",
+                            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
+  relative.min = 0;
+  relative.max = 1e-2;
+
+  auto option = [&](const char* name, int enumeration, int& (*access)(M)) {
+    const Enumeration& e = enumerations()[enumeration];
+    Variable& v = add(n + name, nullptr, e.description);
+    v.causality = Causality::parameter;
+    v.variability = fixed;
+    v.integer = true;
+    v.enumeration = &e;
+    v.min = 1;
+    v.max = static_cast<double>(e.items.size());
+    v.option = access;
+  };
+  option("formulation", 0, [](M m) -> int& { return m.integrator.formulation; });
+  option("corrector", 1, [](M m) -> int& { return m.integrator.corrector; });
+  option("jacobian", 2, [](M m) -> int& { return m.integrator.jacobian; });
+  option("newton", 3, [](M m) -> int& { return m.integrator.newton; });
+
+  auto counter = [&](const char* name, const char* description, Output output) {
+    Variable& v = output_scalar(0, n + name, nullptr, nullptr, description, output);
+    v.integer = true;
+    v.variability = Variability::discrete;
+  };
+  counter("steps", "Internal steps since the start", [](const View& v, int, int) -> double {
+    return static_cast<double>(v.state.counters.steps);
+  });
+  counter("newtonIterations", "Newton iterations since the start", [](const View& v, int, int) -> double {
+    return static_cast<double>(v.state.counters.newton_iterations);
+  });
+  counter("jacobianEvaluations", "Iteration matrices made since the start", [](const View& v, int, int) -> double {
+    return static_cast<double>(v.state.counters.jacobian_evaluations);
+  });
+  counter("retries", "Internal steps repeated with half the step since the start",
+          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.retries); });
+}
+
+}  // namespace
+
+double Variable::value(const Mechanism& mechanism) const {
+  Mechanism& m = const_cast<Mechanism&>(mechanism);  // the accessors serve reading and writing
+  return option ? option(m) : parameter(m, object, component);
+}
+
+void Variable::set_value(Mechanism& mechanism, double value) const {
+  if (option) {
+    option(mechanism) = static_cast<int>(value);
+  } else {
+    parameter(mechanism, object, component) = value;
+  }
+}
+
+std::string Variable::complaint(double value) const {
+  const bool low = above_min ? !(value > min) : !(value >= min);
+  if (std::isfinite(value) && !low && value <= max) return {};
+  std::ostringstream text;
+  text.precision(17);
+  text << name << " is " << value;
+  if (unit && std::string(unit) != "1") text << " " << unit;
+  text << "; it must be ";
+  if (enumeration) {
+    for (std::size_t i = 0; i < enumeration->items.size(); ++i) {
+      text << (i == 0 ? "" : i + 1 == enumeration->items.size() ? " or " : ", ") << i + 1 << " ("
+           << enumeration->items[i].name << ")";
+    }
+  } else {
+    text << "finite";
+    if (std::isfinite(min)) text << (above_min ? ", above " : ", at least ") << min;
+    if (std::isfinite(max)) text << ", at most " << max;
+  }
+  text << ".";
+  return text.str();
+}
+
+std::vector<Variable> make_variables(const Mechanism& mechanism, const System& system) {
+  return Table(mechanism, system).make();
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,61 @@
+#include "dependencies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <string>
+
+#include "fmi/slave.h"
+
+namespace sigmafmu {
+
+std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
+  constexpr int kPoints = 3;
+  constexpr double kSignificant = 1e-9;  // against the largest derivative of its kind; rounding leaves 1e-13
+  std::mt19937 generator(1);             // its sequence is fixed by the C++ standard
+  const auto random = [&] { return 2.0 * (generator() / 4294967295.0) - 1.0; };
+
+  for (RigidBodyDef& body : mechanism.multibody.bodies) {
+    const double trace = body.inertia.sum();
+    body.inertia.array() += 0.2 * trace;
+    for (double& product : body.inertia_products) product = 0.05 * trace * (1.5 + random());
+  }
+  Slave slave(mechanism, "", [](Slave::Report, const std::string&) {});
+  const auto& variables = slave.variables();
+  std::vector<unsigned> inputs, outputs;
+  for (unsigned i = 0; i < variables.size(); ++i) {
+    if (variables[i].input >= 0) inputs.push_back(i);
+    if (variables[i].output && !variables[i].integer) outputs.push_back(i);
+  }
+  slave.enter_initialization();
+  slave.exit_initialization();
+
+  std::vector<std::vector<bool>> depends(variables.size(), std::vector<bool>(variables.size(), false));
+  const double H = 0.1 * mechanism.stop_time / kPoints;
+  for (int point = 0; point < kPoints; ++point) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < inputs.size(); ++i) values.push_back(random());
+    slave.set(inputs.data(), inputs.size(), false, values.data());
+    if (!slave.do_step(slave.time(), H)) throw std::runtime_error(slave.message());
+
+    for (unsigned input : inputs) {
+      const double direction = 1.0;
+      std::vector<double> derivative(outputs.size());
+      slave.directional_derivative(outputs.data(), outputs.size(), &input, 1, &direction, derivative.data());
+      std::map<std::string, double> largest;  // by unit
+      for (std::size_t i = 0; i < outputs.size(); ++i) {
+        double& x = largest[variables[outputs[i]].unit];
+        x = std::max(x, std::abs(derivative[i]));
+      }
+      for (std::size_t i = 0; i < outputs.size(); ++i) {
+        if (std::abs(derivative[i]) > kSignificant * largest[variables[outputs[i]].unit]) {
+          depends[outputs[i]][input] = true;
+        }
+      }
+    }
+  }
+  return depends;
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,15 @@
+// Which outputs depend directly on which inputs, found by probing the equations of motion themselves.
+#pragma once
+
+#include <vector>
+
+#include "mechanism.h"
+
+namespace sigmafmu {
+
+// result[i][j]: whether variable i (an output) depends on variable j (an input), by index into the variable table.
+// Holds for every value of the parameters and every reachable state: the mechanism is probed with full inertia
+// matrices at points of a motion driven by arbitrary inputs.
+std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism);
+
+}  // namespace sigmafmu

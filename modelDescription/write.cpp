@@ -1,0 +1,192 @@
+// write_model_description MODEL FILE: writes modelDescription.xml of a mechanism, with an empty GUID.
+#include <tinyxml2.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "dependencies.h"
+#include "fmi/variables.h"
+#include "integrator/input_signal.h"
+#include "mechanisms.h"
+
+namespace {
+
+using namespace sigmafmu;
+using tinyxml2::XMLElement;
+
+// The shortest text that reads back as the same number.
+std::string text(double x) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, x).ptr;
+  return {buffer, end};
+}
+
+void set(XMLElement* e, const char* name, const std::string& value) { e->SetAttribute(name, value.c_str()); }
+void set(XMLElement* e, const char* name, double value) { set(e, name, text(value)); }
+
+void write_units(XMLElement* root) {
+  XMLElement* definitions = root->InsertNewChildElement("UnitDefinitions");
+  for (const Unit& u : units()) {
+    XMLElement* unit = definitions->InsertNewChildElement("Unit");
+    set(unit, "name", u.name);
+    XMLElement* base = unit->InsertNewChildElement("BaseUnit");
+    const std::pair<const char*, int> exponents[] = {{"kg", u.kg}, {"m", u.m}, {"s", u.s}, {"rad", u.rad}};
+    for (auto [name, exponent] : exponents) {
+      if (exponent != 0) base->SetAttribute(name, exponent);
+    }
+    for (const Unit::Display& d : u.displays) {
+      XMLElement* display = unit->InsertNewChildElement("DisplayUnit");
+      set(display, "name", d.name);
+      set(display, "factor", d.factor);
+    }
+  }
+}
+
+void write_types(XMLElement* root) {
+  XMLElement* definitions = root->InsertNewChildElement("TypeDefinitions");
+  for (const Enumeration& e : enumerations()) {
+    XMLElement* type = definitions->InsertNewChildElement("SimpleType");
+    set(type, "name", e.name);
+    set(type, "description", e.description);
+    XMLElement* enumeration = type->InsertNewChildElement("Enumeration");
+    for (std::size_t i = 0; i < e.items.size(); ++i) {
+      XMLElement* item = enumeration->InsertNewChildElement("Item");
+      set(item, "name", e.items[i].name);
+      item->SetAttribute("value", static_cast<int>(i + 1));
+      set(item, "description", e.items[i].description);
+    }
+  }
+}
+
+const char* name(Causality c) {
+  return c == Causality::input ? "input" : c == Causality::output ? "output" : "parameter";
+}
+
+const char* name(Variability v) {
+  switch (v) {
+    case Variability::fixed:
+      return "fixed";
+    case Variability::tunable:
+      return "tunable";
+    case Variability::discrete:
+      return "discrete";
+    default:
+      return "continuous";
+  }
+}
+
+void write_variable(XMLElement* parent, const Variable& v, unsigned reference, const Mechanism& mechanism) {
+  XMLElement* scalar = parent->InsertNewChildElement("ScalarVariable");
+  set(scalar, "name", v.name);
+  scalar->SetAttribute("valueReference", reference);
+  set(scalar, "description", v.description);
+  set(scalar, "causality", name(v.causality));
+  set(scalar, "variability", name(v.variability));
+  set(scalar, "initial", v.output ? "calculated" : "exact");
+  if (v.input >= 0) scalar->DeleteAttribute("initial");  // inputs must not have it
+
+  XMLElement* type =
+      scalar->InsertNewChildElement(v.enumeration ? "Enumeration" : v.integer ? "Integer" : "Real");
+  if (v.enumeration) set(type, "declaredType", v.enumeration->name);
+  if (v.unit) set(type, "unit", v.unit);
+  if (v.display_unit) set(type, "displayUnit", v.display_unit);
+  if (std::isfinite(v.min)) set(type, "min", v.min);
+  if (std::isfinite(v.max)) set(type, "max", v.max);
+  if (v.input >= 0) set(type, "start", 0.0);
+  if (v.causality == Causality::parameter) set(type, "start", v.value(mechanism));
+}
+
+void write_structure(XMLElement* root, const std::vector<Variable>& variables, const Mechanism& mechanism) {
+  const auto depends = probe_dependencies(mechanism);
+  XMLElement* structure = root->InsertNewChildElement("ModelStructure");
+  XMLElement* outputs = structure->InsertNewChildElement("Outputs");
+  XMLElement* initial = structure->InsertNewChildElement("InitialUnknowns");
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    if (!variables[i].output) continue;
+    std::string list;
+    for (std::size_t j = 0; j < variables.size(); ++j) {
+      if (depends[i][j]) list += (list.empty() ? "" : " ") + std::to_string(j + 1);
+    }
+    XMLElement* output = outputs->InsertNewChildElement("Unknown");
+    output->SetAttribute("index", static_cast<unsigned>(i + 1));
+    set(output, "dependencies", list);
+    // No list here: after projection and consistent accelerations an initial value depends on all parameters.
+    initial->InsertNewChildElement("Unknown")->SetAttribute("index", static_cast<unsigned>(i + 1));
+  }
+}
+
+void write(const Mechanism& mechanism, const char* file) {
+  const System system(mechanism.multibody);
+  const auto variables = make_variables(mechanism, system);
+
+  tinyxml2::XMLDocument document;
+  document.InsertEndChild(document.NewDeclaration());
+  XMLElement* root = document.NewElement("fmiModelDescription");
+  document.InsertEndChild(root);
+  set(root, "fmiVersion", "2.0");
+  set(root, "modelName", mechanism.name);
+  set(root, "guid", "");
+  set(root, "description", mechanism.description);
+  set(root, "author", "sigmafmu authors");
+  set(root, "version", SIGMAFMU_VERSION);
+  set(root, "license", "BSD-3-Clause");
+  set(root, "generationTool", "sigmafmu " SIGMAFMU_VERSION);
+  set(root, "variableNamingConvention", "structured");
+  root->SetAttribute("numberOfEventIndicators", 0);
+
+  XMLElement* capabilities = root->InsertNewChildElement("CoSimulation");
+  set(capabilities, "modelIdentifier", mechanism.name);
+  for (const char* yes : {"canHandleVariableCommunicationStepSize", "canInterpolateInputs"}) {
+    capabilities->SetAttribute(yes, true);
+  }
+  capabilities->SetAttribute("maxOutputDerivativeOrder", 1);
+  for (const char* yes : {"canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative",
+                          "canNotUseMemoryManagementFunctions"}) {
+    capabilities->SetAttribute(yes, true);
+  }
+
+  write_units(root);
+  write_types(root);
+  XMLElement* categories = root->InsertNewChildElement("LogCategories");
+  const std::pair<const char*, const char*> all[] = {
+      {"logStatusError", "Refused calls and failed computations"},
+      {"logStatusDiscard", "Communication steps that could not be finished"},
+      {"logStatusWarning", "Settings that deserve a second thought"},
+      {"logEvents", "Repeated internal steps"},
+  };
+  for (auto [category, description] : all) {
+    XMLElement* e = categories->InsertNewChildElement("Category");
+    set(e, "name", category);
+    set(e, "description", description);
+  }
+  XMLElement* experiment = root->InsertNewChildElement("DefaultExperiment");
+  set(experiment, "startTime", 0.0);
+  set(experiment, "stopTime", mechanism.stop_time);
+  set(experiment, "stepSize", mechanism.communication_step);
+
+  XMLElement* list = root->InsertNewChildElement("ModelVariables");
+  for (unsigned i = 0; i < variables.size(); ++i) write_variable(list, variables[i], i, mechanism);
+  write_structure(root, variables, mechanism);
+
+  if (document.SaveFile(file) != tinyxml2::XML_SUCCESS) throw std::runtime_error(std::string("cannot write ") + file);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    for (const Mechanism& mechanism : mechanisms()) {
+      if (argc == 3 && mechanism.name == argv[1]) {
+        write(mechanism, argv[2]);
+        return 0;
+      }
+    }
+    std::fprintf(stderr, "usage: write_model_description MODEL FILE, with a MODEL of models/\n");
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "write_model_description: %s\n", e.what());
+  }
+  return 1;
+}

@@ -1,0 +1,41 @@
+"""Fixtures shared by all tests.
+
+The FMUs are those of the installed package, or of the directory that $SIGMAFMU_FMUS names. A test with an argument
+`model` runs once for each of them.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import sigmafmu
+from sigmafmu.fmu import Fmu
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    own = any("model" in mark.args[0] for mark in metafunc.definition.iter_markers("parametrize"))
+    if "model" in metafunc.fixturenames and not own:
+        models = sigmafmu.models()
+        if not models:
+            raise pytest.UsageError(f"no FMUs in {sigmafmu.fmus_dir()}; run `make build` first")
+        metafunc.parametrize("model", models)
+
+
+@pytest.fixture(scope="session")
+def fmus_dir() -> Path:
+    """Directory of the FMUs under test."""
+    return sigmafmu.fmus_dir()
+
+
+@pytest.fixture(scope="session")
+def models() -> list[str]:
+    """Names of the FMUs under test."""
+    return sigmafmu.models()
+
+
+@pytest.fixture(scope="session")
+def fmu() -> Callable[[str], Fmu]:
+    """Function that opens the FMU of a model; each is unzipped once in a session."""
+    return cache(Fmu.of_model)

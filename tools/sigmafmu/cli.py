@@ -1,0 +1,153 @@
+"""The command `sigmafmu`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from typer.core import TyperGroup
+
+import sigmafmu
+from sigmafmu import SigmafmuError
+from sigmafmu.console import err, out, progress_bar, show_message
+
+
+class _OneLineErrors(TyperGroup):
+    """Turns an error that is meant for the user into one line and exit code 1."""
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except SigmafmuError as error:
+            err.print(f"[red]Error:[/red] {escape(str(error))}", soft_wrap=True)
+            raise typer.Exit(1) from error
+
+
+app = typer.Typer(cls=_OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
+
+ModelName = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"sigmafmu {sigmafmu.__version__}")
+        raise typer.Exit
+
+
+@app.callback(epilog="Example: sigmafmu run HeavyTop --plot top.png")
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Multibody mechanisms as FMI 2.0 co-simulation FMUs."""
+
+
+@app.command("list", epilog="Example: sigmafmu list")
+def list_models() -> None:
+    """List the models with a line about each."""
+    from sigmafmu.fmu import Fmu
+
+    names = sigmafmu.models()
+    if not names:
+        raise SigmafmuError(f"there are no FMUs in {sigmafmu.fmus_dir()}")
+    for name in names:
+        description = Fmu.of_model(name).description.description or ""
+        out.print(f"[cyan]{name:<{max(map(len, names))}}[/cyan]  {escape(description)}", soft_wrap=True)
+
+
+@app.command(epilog="Example: sigmafmu path HeavyTop")
+def path(model: ModelName) -> None:
+    """Print the path of a model's FMU, for scripts and other masters."""
+    typer.echo(sigmafmu.fmu_path(model))
+
+
+@app.command(epilog="Example: sigmafmu info SliderCrank --all | less")
+def info(
+    model: ModelName,
+    every: Annotated[bool, typer.Option("--all", help="One line for every scalar variable.")] = False,
+) -> None:
+    """Describe a model: capabilities, parameters, integrator settings, inputs and outputs."""
+    from sigmafmu.fmu import Fmu
+    from sigmafmu.info import every_variable, summary
+
+    fmu = Fmu.of_model(model)
+    out.print(every_variable(fmu) if every else summary(fmu))
+
+
+@app.command(
+    epilog="Example: sigmafmu run HeavyTop --stop-time 2 --set integrator.sigma=1.6 "
+    "--set integrator.formulation=index3 --set gravity=0,0,-1.62 --output out.csv --plot out.png"
+)
+def run(
+    model: ModelName,
+    stop_time: Annotated[float | None, typer.Option(help="Seconds to simulate; default: the model's own.")] = None,
+    step_size: Annotated[float | None, typer.Option(help="Communication step in s; default: the model's own.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or input; enumerations by item name."),
+    ] = None,
+    variables: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="Record only these, e.g. 'top.*' (repeatable); default: all outputs."),
+    ] = None,
+    output: Annotated[Path | None, typer.Option(metavar="CSV", help="Write the recorded variables here.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the recorded variables here.")] = None,
+) -> None:
+    """Simulate a model through FMPy and write or plot its variables."""
+    from sigmafmu.fmu import Fmu
+    from sigmafmu.simulate import SimulationError, communication_steps, simulate
+
+    for file in (output, plot):
+        if file and not file.absolute().parent.is_dir():
+            raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
+    fmu = Fmu.of_model(model)
+    failure = None
+    with progress_bar(err, model, sum(communication_steps(fmu, stop_time, step_size)[-1])) as move_to:
+        try:
+            result = simulate(
+                fmu,
+                stop_time=stop_time,
+                step_size=step_size,
+                settings=dict(_split_setting(s) for s in settings or ()),
+                variables=variables or (),
+                on_time=move_to,
+                on_message=show_message,
+            )
+        except SimulationError as error:
+            failure, result = error, error.result
+    if result:
+        out.print(result.summary(), soft_wrap=True)
+        if output:
+            result.write_csv(output)
+            out.print(f"wrote {output} ({len(result.time)} rows, {len(result.names)} variables)", soft_wrap=True)
+        if plot:
+            from sigmafmu.plots import plot as draw
+
+            draw(result, plot)
+            out.print(f"wrote {plot}", soft_wrap=True)
+    if failure:
+        raise failure
+
+
+@app.command(epilog="Example: sigmafmu demo --output demo")
+def demo(
+    output: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the plots and CSV files.")] = Path("demo"),
+) -> None:
+    """Run HeavyTop and SliderCrank, compare them with the reference and draw plots."""
+    from sigmafmu.demo import run_demo
+
+    for file in run_demo(output, out):
+        out.print(f"wrote {file}", soft_wrap=True)
+
+
+def _split_setting(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise SigmafmuError(f"--set {text}: write it as NAME=VALUE, for example integrator.sigma=1.6")
+    return name.strip(), value.strip()
+
+
+if __name__ == "__main__":
+    sys.exit(app())

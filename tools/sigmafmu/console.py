@@ -1,0 +1,59 @@
+"""Terminal output shared by the commands: consoles and the progress bar."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from sigmafmu.fmu import LogMessage
+
+PLAIN_WIDTH = 120
+"""Columns when the output is not a terminal, so that a log or a file gets readable tables."""
+
+REFRESH_SECONDS = 0.05
+
+
+def _console(*, stderr: bool = False) -> Console:
+    console = Console(stderr=stderr, highlight=False)
+    if not console.is_terminal:
+        console.width = PLAIN_WIDTH
+    return console
+
+
+@contextmanager
+def progress_bar(console: Console, label: str, stop_time: float) -> Iterator[Callable[[float], None]]:
+    """Show a bar from 0 to `stop_time` seconds; yields the function that moves it to a time."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.completed:.3g} of {task.total:.3g} s"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, auto_refresh=False) as progress:
+        task = progress.add_task(label, total=stop_time)
+        reached, drawn = 0.0, time.monotonic()
+
+        def move_to(now: float) -> None:
+            nonlocal reached, drawn
+            reached = now
+            if time.monotonic() - drawn > REFRESH_SECONDS:
+                progress.update(task, completed=reached, refresh=True)
+                drawn = time.monotonic()
+
+        try:
+            yield move_to
+        finally:
+            progress.update(task, completed=reached)
+
+
+out = _console()
+err = _console(stderr=True)
+
+
+def show_message(message: LogMessage) -> None:
+    """Print what an FMU reports while it runs; its complaints come with the error that ends the run."""
+    if not message.is_complaint:
+        err.print(str(message), style="yellow", markup=False, soft_wrap=True)
