@@ -40,7 +40,8 @@ $(SETUP): pyproject.toml tools/requirements.py
 
 $(BUILT): $(SETUP) $(SOURCES)
 	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV)"
-	@$(IN_VENV) $(PIP) install --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) .
+	@$(IN_VENV) $(PIP) install --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
+	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) .
 	@touch $@
 
 demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/

@@ -32,21 +32,24 @@ def progress_bar(console: Console, label: str, stop_time: float) -> Iterator[Cal
         TextColumn("{task.completed:.3g} of {task.total:.3g} s"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=console, auto_refresh=False) as progress:
-        task = progress.add_task(label, total=stop_time)
-        reached, drawn = 0.0, time.monotonic()
+    progress = Progress(*columns, console=console, auto_refresh=False)
+    task = progress.add_task(label, total=stop_time)
+    reached, drawn = 0.0, 0.0
 
-        def move_to(now: float) -> None:
-            nonlocal reached, drawn
-            reached = now
-            if time.monotonic() - drawn > REFRESH_SECONDS:
-                progress.update(task, completed=reached, refresh=True)
-                drawn = time.monotonic()
+    def move_to(now: float) -> None:
+        nonlocal reached, drawn
+        progress.start()  # only now: a run that cannot start shows no bar
+        reached = now
+        if time.monotonic() - drawn > REFRESH_SECONDS:
+            progress.update(task, completed=reached, refresh=True)
+            drawn = time.monotonic()
 
-        try:
-            yield move_to
-        finally:
+    try:
+        yield move_to
+    finally:
+        if reached > 0:
             progress.update(task, completed=reached)
+            progress.stop()
 
 
 out = _console()

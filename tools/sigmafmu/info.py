@@ -113,7 +113,7 @@ def _start(elements: list[ModelVariable]) -> str:
 
 def _short(number: str) -> str:
     try:
-        return f"{float(number):.7g}"
+        return f"{float(number) + 0.0:.7g}"  # + 0.0: no "-0"
     except ValueError:
         return number
 

@@ -32,6 +32,8 @@ STYLE = {
 }
 XYZ = ("x", "y", "z")
 MAX_PANELS = 12
+RESIDUAL_FLOOR = 1e-18
+"""Residuals below this are drawn here: exact zeros have no place on a logarithmic axis."""
 
 
 def plot(result: Result, path: Path | str, reference: Reference | None = None) -> None:
@@ -213,7 +215,7 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
         return
     for i, kind in enumerate(("position", "velocity")):
         residual = result[f"constraint.{kind}Residual"]
-        axes.semilogy(result.time, np.where(residual > 0, residual, np.nan), label=kind, color=COLORS[i])
+        axes.semilogy(result.time, np.maximum(residual, RESIDUAL_FLOOR), label=kind, color=COLORS[i], linewidth=0.9)
     _finish(axes, "Constraint residuals", "SI", legend=2)
 
 
