@@ -165,7 +165,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, co
         return refuse(component, "The log category \"" + category + "\" is unknown.");
       }
     }
-    if (events) component.slave.reports_events = component.logs_events = on != fmi2False;
+    component.slave.reports_events = component.logs_events = on != fmi2False && events;
     return fmi2OK;
   });
 }

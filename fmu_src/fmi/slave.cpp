@@ -362,7 +362,9 @@ bool Slave::do_step(double t, double H) {
     if (!ok) describe_failure(failure);
   }
   data_.input.value(s.time, data_.last_input);
+  data_.input.derivative[0] = data_.last_input;  // where the derivatives led is what holds from here on
   for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
+  data_.input.t0 = s.time;
   if (reports_events && s.counters.retries > retries) {
     std::ostringstream text;
     text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
@@ -420,7 +422,8 @@ void Slave::restore(const Snapshot& snapshot) {
   if (snapshot.parameters.size() != parameter_references_.size()) {
     throw Refused("The FMU state belongs to another mechanism.");
   }
-  if (apply_parameters(snapshot.parameters)) {
+  const bool outdated = data_.stale;  // parameters may have been set that the engine does not know yet
+  if (apply_parameters(snapshot.parameters) || outdated) {
     build();
   } else {
     engine_->system.set_values(mechanism_.multibody);

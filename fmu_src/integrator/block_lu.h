@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "integrator/block_kernels.h"
+
 namespace sigmafmu {
 
 struct Factorization {
@@ -20,20 +22,23 @@ struct Factorization {
 
 class BlockLU {
  public:
-  // `sizes`: rows of each node; `edges`: pairs of nodes with nonzero blocks (both (i, j) and (j, i)); nodes are
-  // eliminated by minimum degree within each group of equal `stage`, lower stages first.
-  BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& edges,
+  // `sizes`: rows of each node; `assigned`: blocks (i, j) that the caller writes in full before each factorization,
+  // (j, i) implied; nodes are eliminated by least fill within each group of equal `stage`, lower stages first.
+  BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& assigned,
           const std::vector<int>& stage);
 
   int size() const { return size_; }
   int offset(int node) const { return offset_[node]; }  // first row of a node
   Factorization make_factorization() const;
 
-  // Column-major block (i, j); sizes[i] rows, leading dimension sizes[i]. It must be in the pattern.
-  using Block = Eigen::Map<Eigen::MatrixXd>;
-  Block block(Factorization& f, int i, int j) const;
+  // Block (i, j), sizes[i] x sizes[j]. It must be in the pattern.
+  using Block = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  Block block(Factorization& f, int i, int j) const {
+    return {f.values.data() + table_[i * nodes_ + j], sizes_[i], sizes_[j]};
+  }
 
-  void set_zero(Factorization& f) const;
+  // Zeroes all blocks but the assigned ones.
+  void clear(Factorization& f) const;
   // In place; false when a pivot vanishes or is not finite: the matrix is singular to working precision.
   [[nodiscard]] bool factorize(Factorization& f) const;
   // x := A^-1 x, size() entries.
@@ -43,17 +48,21 @@ class BlockLU {
   struct Neighbour {
     int node, size;
     int lower, upper;  // offsets of blocks (neighbour, pivot) and (pivot, neighbour)
+    kernels::Solve solve;             // of the block to the right of the pivot
+    kernels::Product down, up;        // (neighbour, pivot) and (pivot, neighbour) times a vector
+    kernels::Product product;         // any (., pivot) times (pivot, neighbour)
   };
   struct Step {
     int node, size, diagonal;
-    std::vector<Neighbour> later;   // neighbours eliminated after this node
-    std::vector<int> update;        // offset of block (later[a], later[b]) at a * later.size() + b
+    kernels::Factorize factorize;
+    kernels::Solve solve;  // of a vector
+    std::vector<Neighbour> later;  // neighbours eliminated after this node
+    std::vector<int> update;       // offset of block (later[a], later[b]) at a * later.size() + b
   };
-  int block_offset(int i, int j) const { return table_[i * nodes_ + j]; }
 
-  int nodes_, size_ = 0, value_count_ = 0;
+  int nodes_, size_ = 0, assigned_count_ = 0, value_count_ = 0;
   std::vector<int> sizes_, offset_;
-  std::vector<int> table_;  // nodes x nodes: offset of each block in `values`, -1 where it is zero
+  std::vector<int> table_;  // nodes x nodes: offset of each block in `values`, assigned ones first; -1: zero
   std::vector<Step> steps_;
 };
 

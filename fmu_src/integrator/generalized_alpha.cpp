@@ -139,7 +139,11 @@ bool GeneralizedAlpha::attempt(State& state, double t, double h, const InputSign
       failure.reason = StepFailure::Reason::none;
       return true;
     }
-    renew = !modified || contractivity > kMaxContractivity || iteration % kMaxStaleIterations == 0;
+    if (modified) {
+      renew = contractivity > kMaxContractivity || iteration % kMaxStaleIterations == 0;
+    } else {  // the matrix depends on the rotations above all; unless they changed, a new one would be the same
+      renew = contractivity > kNewtonContractivity || largest_rotation_increment() > kNegligibleRotation;
+    }
     previous = increment;
   }
   return false;
@@ -234,11 +238,13 @@ void GeneralizedAlpha::correct(const State& s) {
   }
   if (stabilized_) {
     for (const auto& [joint, body, side] : system_.pattern().incidences) {
-      const JointRows& B = start_[joint].B[side];
-      const double* mu = mu_.data() + system_.lambda_index(joint);
-      const double* dmu = x_.data() + matrix_.mu_offset(joint);
-      const double* multiplier = residual_form_ ? mu : dmu;
-      for (int m = 0; m < B.rows(); ++m) B_mu_.segment<6>(6 * body) += multiplier[m] * B.row(m).transpose();
+      const double* row = start_[joint].B[side].data();
+      const double* multiplier =
+          residual_form_ ? mu_.data() + system_.lambda_index(joint) : x_.data() + matrix_.mu_offset(joint);
+      double* out = B_mu_.data() + 6 * body;
+      for (int m = 0; m < system_.joint(joint).equations(); ++m, row += 6) {
+        for (int c = 0; c < 6; ++c) out[c] += multiplier[m] * row[c];
+      }
     }
   }
   if (residual_form_) {
@@ -307,6 +313,14 @@ double GeneralizedAlpha::scaled_increment(const State& s, int& worst_body) const
         worst_body = i;
       }
     }
+  }
+  return largest;
+}
+
+double GeneralizedAlpha::largest_rotation_increment() const {
+  double largest = 0;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    largest = std::max(largest, x_.segment<3>(matrix_.body_offset(i) + 3).norm());
   }
   return largest;
 }

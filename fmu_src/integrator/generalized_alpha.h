@@ -48,6 +48,9 @@ class GeneralizedAlpha {
 
   static constexpr int kMaxHalvings = 10;
   static constexpr int kMaxIterations = 20;
+  // Newton (full) keeps its matrix within a step while it is as good as new: rotations changed by less than ...
+  static constexpr double kNegligibleRotation = 1e-4;  // [rad]
+  static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
   static constexpr double kMaxContractivity = 0.5;  // modified Newton makes a new matrix above it (section 7)
   static constexpr int kMaxStaleIterations = 10;    // ... or after so many iterations
 
@@ -58,6 +61,7 @@ class GeneralizedAlpha {
   void correct(const State& state);
   void velocities_from_motion(const State& state);
   double scaled_increment(const State& state, int& worst_body) const;
+  double largest_rotation_increment() const;
   void commit(State& state, double t);
 
   const System& system_;

@@ -23,10 +23,12 @@ ConsistentSolver::ConsistentSolver(const System& system)
 }
 
 bool ConsistentSolver::factorize() {
-  lu_.set_zero(factorization_);
+  lu_.clear(factorization_);
   const int bodies = system_.body_count();
-  for (int i = 0; i < bodies; ++i) {
-    auto M = lu_.block(factorization_, i, i);
+  for (const auto& [i, j] : system_.pattern().body_pairs) {
+    auto M = lu_.block(factorization_, i, j);
+    M.setZero();
+    if (i != j) continue;
     M.diagonal().head<3>().setConstant(system_.body(i).mass);
     M.bottomRightCorner<3, 3>() = system_.body(i).J;
   }

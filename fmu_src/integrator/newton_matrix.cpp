@@ -1,14 +1,26 @@
 #include "integrator/newton_matrix.h"
 
+#include <algorithm>
+
 #include "integrator/kkt_layout.h"
 
 namespace sigmafmu {
 namespace {
 
-// Columns 3..5 := columns 3..5 times U.
-inline void scale_rotation(Matrix6d& m, const Matrix3d& U) {
-  const Eigen::Matrix<double, 6, 3> columns = m.rightCols<3>();
-  m.rightCols<3>().noalias() = columns * U;
+// Row-major blocks: out (6 x columns, from column `at`) := A^T, for the m x 6 rows A of a joint.
+void write_transposed(const JointRows& A, double* out, int columns, int at) {
+  const int m = static_cast<int>(A.rows());
+  for (int r = 0; r < m; ++r) {
+    for (int c = 0; c < kVelocitiesPerBody; ++c) out[c * columns + at + r] = A(r, c);
+  }
+}
+
+// row (m x 6) += A_r X, with A_r the rotational columns of A and X 3x3, into the rotational columns.
+void add_rotation_product(const JointRows& A, const Matrix3d& X, double* row) {
+  for (int r = 0; r < A.rows(); ++r, row += kVelocitiesPerBody) {
+    const double* a = A.data() + r * kVelocitiesPerBody + 3;
+    for (int c = 0; c < 3; ++c) row[3 + c] += a[0] * X(0, c) + a[1] * X(1, c) + a[2] * X(2, c);
+  }
 }
 
 }  // namespace
@@ -17,6 +29,7 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
     : U_rot(system.body_count(), Matrix3d::Identity()),
       P_inverse(system.body_count(), Matrix3d::Identity()),
       system_(system),
+      D_(system.body_count(), Matrix6d::Zero()),
       formulation_(formulation),
       lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
   for (const auto& a : system.pattern().incidences) {
@@ -27,7 +40,7 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
 }
 
 bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, double h,
-                             const AlphaParameters& alpha, Factorization& f) const {
+                             const AlphaParameters& alpha, Factorization& f) {
   const bool stabilized = formulation_ == Formulation::stabilized_index2;
   const double kappa = (1 - alpha.alpha_m) / (1 - alpha.alpha_f);
   const double gamma_h = alpha.gamma * h;
@@ -35,51 +48,70 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
   const double inverse_gamma_prime = h * alpha.beta / alpha.gamma;
   const int bodies = system_.body_count();
 
-  lu_.set_zero(f);
+  lu_.clear(f);
   const auto& pairs = system_.pattern().body_pairs;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
+  for (std::size_t p = 0; p < pairs.size(); ++p) {  // S = (kappa M + gamma h C) U + beta h^2 K
     const auto [i, j] = pairs[p];
     Matrix6d S = gamma_h * e.C[p];
     if (i == j) {
       S.diagonal().head<3>().array() += kappa * system_.body(i).mass;
       S.bottomRightCorner<3, 3>() += kappa * system_.body(i).J;
     }
-    scale_rotation(S, U_rot[j]);
-    lu_.block(f, i, j).topLeftCorner<6, 6>() = S + beta_h2 * e.K[p];
+    if (stabilized && i == j) {  // D P^-1
+      D_[i] = S;
+      if (!identity_P) D_[i].rightCols<3>() = S.rightCols<3>() * P_inverse[i];
+    }
+    using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+    Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
+    block.leftCols<3>() = S.leftCols<3>() + beta_h2 * e.K[p].leftCols<3>();
+    block.rightCols<3>() = S.rightCols<3>() * U_rot[j] + beta_h2 * e.K[p].rightCols<3>();
   }
 
   for (const auto& [joint, body, side] : system_.pattern().incidences) {
     const JointRows& B = e.joints[joint].B[side];
     const JointRows& Z = e.joints[joint].Z[side];
-    const int m = static_cast<int>(B.rows());
-    auto column = lu_.block(f, body, bodies + joint);
-    auto row = lu_.block(f, bodies + joint, body);
-    column.leftCols(m) = B.transpose();
-    if (formulation_ != Formulation::index2) row.topRows(m) = B;
+    const int m = static_cast<int>(B.rows()), values = m * kVelocitiesPerBody;
+    const int columns = stabilized ? 2 * m : m;
+    double* column = lu_.block(f, body, bodies + joint).data();
+    double* row = lu_.block(f, bodies + joint, body).data();
+    write_transposed(B, column, columns, 0);
+    if (formulation_ != Formulation::index2) row = std::copy_n(B.data(), values, row);
     if (formulation_ == Formulation::index3) continue;
 
-    auto velocity_row = row.bottomRows(m);
-    velocity_row = inverse_gamma_prime * Z;
-    const Matrix3d U = stabilized ? Matrix3d(U_rot[body] - Matrix3d::Identity()) : U_rot[body];
-    velocity_row.rightCols<3>() += B.rightCols<3>().lazyProduct(U);
-    if (!stabilized) velocity_row.leftCols<3>() += B.leftCols<3>();
-    if (!stabilized) continue;
+    for (int i = 0; i < values; ++i) row[i] = inverse_gamma_prime * Z.data()[i];
+    if (!stabilized) {
+      for (int r = 0; r < m; ++r) {
+        for (int c = 0; c < 3; ++c) row[r * kVelocitiesPerBody + c] += B(r, c);
+      }
+      add_rotation_product(B, U_rot[body], row);
+      continue;
+    }
+    add_rotation_product(B, U_rot[body] - Matrix3d::Identity(), row);
 
     // D P^-1 B_n^T. The damping between two bodies is left out: mu is as small as the truncation error.
-    Matrix6d D = gamma_h * e.C[body];
-    D.diagonal().head<3>().array() += kappa * system_.body(body).mass;
-    D.bottomRightCorner<3, 3>() += kappa * system_.body(body).J;
-    if (!identity_P) scale_rotation(D, P_inverse[body]);
-    column.rightCols(m) = D.lazyProduct(B_n[joint].B[side].transpose());
+    const JointRows& Bn = B_n[joint].B[side];
+    const Matrix6d& D = D_[body];
+    for (int r = 0; r < m; ++r) {
+      Vector6d product = D.col(0) * Bn(r, 0);
+      for (int c = 1; c < kVelocitiesPerBody; ++c) product += D.col(c) * Bn(r, c);
+      for (int c = 0; c < kVelocitiesPerBody; ++c) column[c * columns + m + r] = product[c];
+    }
   }
 
   if (stabilized) {
-    for (const auto& [joint1, side1, joint2, side2, body] : shared_) {
+    for (const auto& [joint1, side1, joint2, side2, body] : shared_) {  // += B P^-1 B_n^T, lower right corner
       JointRows BP = e.joints[joint1].B[side1];
       if (!identity_P) BP.rightCols<3>() = (BP.rightCols<3>() * P_inverse[body]).eval();
       const JointRows& Bn = B_n[joint2].B[side2];
-      lu_.block(f, bodies + joint1, bodies + joint2).bottomRightCorner(BP.rows(), Bn.rows()) +=
-          BP.lazyProduct(Bn.transpose());
+      const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
+      double* out = lu_.block(f, bodies + joint1, bodies + joint2).data() + rows * 2 * columns + columns;
+      for (int r = 0; r < rows; ++r, out += 2 * columns) {
+        const double* a = BP.data() + r * kVelocitiesPerBody;
+        for (int c = 0; c < columns; ++c) {
+          const double* b = Bn.data() + c * kVelocitiesPerBody;
+          out[c] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
+        }
+      }
     }
   }
   return lu_.factorize(f);

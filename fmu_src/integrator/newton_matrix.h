@@ -29,7 +29,7 @@ class NewtonMatrix {
   Factorization make_factorization() const { return lu_.make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `B_n` the constraint gradients at the start of the step.
   [[nodiscard]] bool factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, double h,
-                               const AlphaParameters& alpha, Factorization& f) const;
+                               const AlphaParameters& alpha, Factorization& f);
   // Offsets into the vector of unknowns.
   int size() const { return lu_.size(); }
   int body_offset(int body) const { return lu_.offset(body); }
@@ -42,6 +42,7 @@ class NewtonMatrix {
     int joint1, side1, joint2, side2, body;
   };
   const System& system_;
+  std::vector<Matrix6d> D_;  // D P^-1 of each body
   Formulation formulation_;
   BlockLU lu_;
   std::vector<SharedBody> shared_;  // all pairs of joints that meet at a body, a joint with itself included

@@ -22,7 +22,7 @@ struct BodyKinematics {
 };
 
 // Up to six rows (equations of one joint) by the six velocities of one body; never on the heap.
-using JointRows = Eigen::Matrix<double, Eigen::Dynamic, kVelocitiesPerBody, 0, 6, kVelocitiesPerBody>;
+using JointRows = Eigen::Matrix<double, Eigen::Dynamic, kVelocitiesPerBody, Eigen::RowMajor, 6, kVelocitiesPerBody>;
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
 // d(generalized force on body i)/d(motion of body j), i, j in {1, 2}; null where body i or j is the ground.

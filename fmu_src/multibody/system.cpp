@@ -106,23 +106,21 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
     ri.head<3>() -= load.force;
     ri.tail<3>() -= e.bodies[load.body].R_WB.transpose() * load.torque;
   }
-  auto row = [&](int body) { return body == kGround ? nullptr : r.data() + 6 * body; };
+  auto rows_of = [&](int body) { return body == kGround ? nullptr : r.data() + 6 * body; };
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const Joint& joint = joints_[j];
     const double* multipliers = lambda.data() + lambda_index_[j];
     for (int side = 0; side < 2; ++side) {
-      double* ri = row(side == 0 ? joint.body1() : joint.body2());
+      double* ri = rows_of(side == 0 ? joint.body1() : joint.body2());
       if (!ri) continue;
-      const JointRows& B = e.joints[j].B[side];
-      for (int c = 0; c < kVelocitiesPerBody; ++c) {
-        double sum = 0;
-        for (int m = 0; m < joint.equations(); ++m) sum += B(m, c) * multipliers[m];
-        ri[c] += sum;
+      const double* row = e.joints[j].B[side].data();
+      for (int m = 0; m < joint.equations(); ++m, row += kVelocitiesPerBody) {
+        for (int c = 0; c < kVelocitiesPerBody; ++c) ri[c] += row[c] * multipliers[m];
       }
     }
     if (joint.has_motor() && u[motor_index_[j]] != 0.0) {
       joint.add_motor(kinematics(e, joint.body1()), kinematics(e, joint.body2()), u[motor_index_[j]],
-                      row(joint.body1()), row(joint.body2()));
+                      rows_of(joint.body1()), rows_of(joint.body2()));
     }
   }
   for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
@@ -130,7 +128,7 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
     const SpringDamperEvaluation& se = e.spring_dampers[s];
     const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
     for (int side = 0; side < 2; ++side) {
-      double* ri = row(side == 0 ? spring.body1 : spring.body2);
+      double* ri = rows_of(side == 0 ? spring.body1 : spring.body2);
       if (ri) Segment6(ri).noalias() -= se.B[side].topRows<3>().transpose() * force;
     }
   }

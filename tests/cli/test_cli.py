@@ -93,6 +93,25 @@ def test_variables_are_chosen_by_name_vector_or_pattern(tmp_path):
     assert header == ["time", "top.velocity[2]", *position, *energy]
 
 
+def test_pattern_takes_outputs_but_a_name_takes_anything(tmp_path):
+    succeed(f"{SHORT} --variables 'top.*osition' --variables top.mass --output {tmp_path / 'out.csv'}")
+    header, table = read_csv(tmp_path / "out.csv")
+    assert header == ["time", "top.position[1]", "top.position[2]", "top.position[3]", "top.mass"]
+    assert set(table[:, -1]) == {15.0}
+
+
+def test_failed_run_keeps_what_it_has(tmp_path):
+    out = tmp_path / "out.csv"
+    grid = "--stop-time 1 --step-size 0.01 --set integrator.stepSize=0.01"
+    message = fail(f"run HeavyTop {grid} --set top.torque=0,1e6,0 --output {out}")  # spins up beyond half a turn a step
+    assert "stopped at t = 0." in message
+    assert "top" in message
+    header, table = read_csv(out)
+    assert 1 < len(table) < 101
+    assert np.isfinite(table).all()
+    assert header[0] == "time"
+
+
 def test_settings_change_the_result(tmp_path):
     def final_position(setting: str) -> np.ndarray:
         succeed(f"{SHORT} --set {setting} --variables top.position --output {tmp_path / 'out.csv'}")

@@ -110,6 +110,15 @@ struct PySystem {
     const auto &k1 = system.kinematics(e, j.body1()), &k2 = system.kinematics(e, j.body2());
     return nb::make_tuple(j.coordinate(k1, k2), j.coordinate_rate(k1, k2));
   }
+  nb::tuple reaction(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, int joint) {
+    check(q, v);
+    if (lambda.size() != system.constraint_size()) throw std::invalid_argument("lambda has the wrong size");
+    system.evaluate(q, v, e);
+    const Joint& j = system.joint(joint);
+    const auto r = j.reaction(system.kinematics(e, j.body2()), e.joints[joint],
+                              lambda.data() + system.lambda_index(joint));
+    return nb::make_tuple(r.force, r.torque);
+  }
   VectorXd compose(const VectorXd& q, const VectorXd& theta) const {
     VectorXd result = q;
     for (int i = 0; i < system.body_count(); ++i) {
@@ -304,6 +313,7 @@ NB_MODULE(_core, m) {
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a)
+      .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
       .def("compose", &PySystem::compose, "q"_a, "theta"_a)
       .def("project_positions", &PySystem::project_positions, "q"_a)
       .def("project_velocities", &PySystem::project_velocities, "q"_a, "v"_a);

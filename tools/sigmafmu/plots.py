@@ -129,6 +129,8 @@ def general(result: Result, _reference: Reference | None = None) -> Figure:
     figure = _figure(result.model, result, (12, max(4.0, 2.6 * rows)))
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, (unit, vectors) in zip(axes, panels, strict=False):
+        if len(vectors) == 1:  # a colour for each element instead
+            vectors = [(name, [name]) for name in vectors[0][1]]
         for i, (base, names) in enumerate(vectors):
             for k, name in enumerate(names):
                 label = None if k else base if len(names) == 1 else f"{base}[1..{len(names)}]"
@@ -210,8 +212,11 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
     """Distance from the reference if there is one, else the constraint residuals; logarithmic."""
     if reference:
         time, error = distance(result, reference.history, name)
-        axes.semilogy(time, np.where(error > 0, error, np.nan), color=COLORS[1])
-        _finish(axes, f"Distance of {name} from the reference", "m")
+        drawn = error > 1e-6 * error.max()  # not the start, where both are the same but for rounding
+        axes.semilogy(time, np.where(drawn, error, np.nan), color=COLORS[1])
+        stated = float(reference.stated_position_error.split()[0])
+        axes.axhline(stated, color=COLORS[5], linestyle="--", linewidth=1, label="error of the reference")
+        _finish(axes, f"Error of {name}", "m", legend=1)
         return
     for i, kind in enumerate(("position", "velocity")):
         residual = result[f"constraint.{kind}Residual"]

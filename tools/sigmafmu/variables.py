@@ -34,12 +34,16 @@ def outputs(fmu: Fmu) -> list[ModelVariable]:
 
 
 def select(fmu: Fmu, patterns: Iterable[str]) -> list[ModelVariable]:
-    """Variables whose name, or whose vector's name, matches a pattern with `*` and `?`; each pattern must match one."""
+    """Variables named by `patterns`: a scalar, a whole vector, or outputs that match a pattern with `*` and `?`.
+
+    Each pattern must name at least one.
+    """
     chosen: dict[str, ModelVariable] = {}
     for pattern in patterns:
+        candidates = outputs(fmu) if re.search(r"[*?]", pattern) else fmu.description.modelVariables
         # not fnmatch: there, the [1] of an element would be a set of characters
         regex = re.compile(re.escape(pattern).replace(r"\*", ".*").replace(r"\?", ".") + r"(\[\d+\])?")
-        matches = {name: v for name, v in fmu.variables.items() if regex.fullmatch(name)}
+        matches = {v.name: v for v in candidates if regex.fullmatch(v.name)}
         if not matches:
             raise _unknown(fmu, pattern)
         chosen |= matches

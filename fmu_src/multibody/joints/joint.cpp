@@ -78,10 +78,15 @@ void Joint::constraint(const BodyKinematics& k1, const BodyKinematics& k2, Joint
     e.phi[row] = p.gap(k1, k2);
     p.gradient(k1, k2, row++, e.B[0], e.B[1]);
   }
-  e.phidot.noalias() = e.B[1].leftCols<3>() * k2.v_WB;
-  e.phidot.noalias() += e.B[1].rightCols<3>() * k2.w_WB_B;
-  e.phidot.noalias() += e.B[0].leftCols<3>() * k1.v_WB;
-  e.phidot.noalias() += e.B[0].rightCols<3>() * k1.w_WB_B;
+  const double* row1 = e.B[0].data();
+  const double* row2 = e.B[1].data();
+  for (int i = 0; i < equations_; ++i, row1 += kVelocitiesPerBody, row2 += kVelocitiesPerBody) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+      sum += row1[c] * k1.v_WB[c] + row1[3 + c] * k1.w_WB_B[c] + row2[c] * k2.v_WB[c] + row2[3 + c] * k2.w_WB_B[c];
+    }
+    e.phidot[i] = sum;
+  }
 }
 
 void Joint::rate(const BodyKinematics& k1, const BodyKinematics& k2, JointEvaluation& e) const {
