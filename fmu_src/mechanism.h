@@ -17,7 +17,7 @@ struct Mechanism {
   std::string description;  // one sentence
   MultibodyDef multibody;
   IntegratorSettings integrator;
-  double stop_time = 1.0;           // default experiment [s]
+  double stop_time = 1.0;            // default experiment [s]
   double communication_step = 1e-3;  // default experiment [s]
 };
 

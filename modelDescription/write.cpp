@@ -17,10 +17,10 @@ namespace {
 using namespace sigmafmu;
 using tinyxml2::XMLElement;
 
-// The shortest text that reads back as the same number.
+// The shortest text that reads back as the same number; no negative zero.
 std::string text(double x) {
   char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, x).ptr;
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, x + 0.0).ptr;
   return {buffer, end};
 }
 
@@ -88,8 +88,7 @@ void write_variable(XMLElement* parent, const Variable& v, unsigned reference, c
   set(scalar, "initial", v.output ? "calculated" : "exact");
   if (v.input >= 0) scalar->DeleteAttribute("initial");  // inputs must not have it
 
-  XMLElement* type =
-      scalar->InsertNewChildElement(v.enumeration ? "Enumeration" : v.integer ? "Integer" : "Real");
+  XMLElement* type = scalar->InsertNewChildElement(v.enumeration ? "Enumeration" : v.integer ? "Integer" : "Real");
   if (v.enumeration) set(type, "declaredType", v.enumeration->name);
   if (v.unit) set(type, "unit", v.unit);
   if (v.display_unit) set(type, "displayUnit", v.display_unit);

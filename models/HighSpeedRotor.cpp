@@ -19,8 +19,8 @@ Mechanism HighSpeedRotor() {
   rotor.initial_angular_velocity = {20944, 0, 0};
   const int rotor_index = m.multibody.add(rotor);
 
-  const double stiffness = 4000, damping = 5.165093;         // [N/m], [N s/m]
-  const double left_length = 0.11, right_length = 0.09;      // [m]
+  const double stiffness = 4000, damping = 5.165093;     // [N/m], [N s/m]
+  const double left_length = 0.11, right_length = 0.09;  // [m]
   SpringDamperDef left;
   left.name = "leftSupport";
   left.body2 = rotor_index;

@@ -56,14 +56,17 @@ Mechanism SliderCrank() {
   const int slider_index = m.multibody.add(slider);
 
   const Matrix3d z_along_x = axes_with_z(Vector3d::UnitX());
-  m.multibody.add(JointDef{"crankPivot", JointType::revolute, kGround, {ground_pivot, z_along_x}, crank_index,
+  m.multibody.add(JointDef{"crankPivot",
+                           JointType::revolute,
+                           kGround,
+                           {ground_pivot, z_along_x},
+                           crank_index,
                            {{0, 0, -crank_length / 2}, z_along_x}});
-  m.multibody.add(JointDef{"crankPin", JointType::spherical, crank_index, {{0, 0, crank_length / 2}}, rod_index,
-                           {{-rod_length / 2, 0, 0}}});
+  m.multibody.add(JointDef{
+      "crankPin", JointType::spherical, crank_index, {{0, 0, crank_length / 2}}, rod_index, {{-rod_length / 2, 0, 0}}});
+  m.multibody.add(JointDef{"wristPin", JointType::universal, rod_index, {{rod_length / 2, 0, 0}}, slider_index, {}});
   m.multibody.add(
-      JointDef{"wristPin", JointType::universal, rod_index, {{rod_length / 2, 0, 0}}, slider_index, {}});
-  m.multibody.add(JointDef{"guide", JointType::prismatic, kGround, {{0, 0, 0}, z_along_x}, slider_index,
-                           {{0, 0, 0}, z_along_x}});
+      JointDef{"guide", JointType::prismatic, kGround, {{0, 0, 0}, z_along_x}, slider_index, {{0, 0, 0}, z_along_x}});
   return m;
 }
 

@@ -80,7 +80,8 @@ fmi2Status guarded(fmi2Component c, const char* function, unsigned allowed, Body
   try {
     const Phase phase = component->slave.phase();
     if (!(allowed & (1u << static_cast<unsigned>(phase)))) {
-      component->log(fmi2Error, kError, std::string(function) + " is not allowed in the state \"" + name(phase) + "\".");
+      component->log(fmi2Error, kError,
+                     std::string(function) + " is not allowed in the state \"" + name(phase) + "\".");
       return fmi2Error;
     }
     return body(*component);
@@ -117,8 +118,9 @@ fmi2Status unsupported_type(fmi2Component c, const char* function, unsigned allo
 fmi2Status no_status(fmi2Component c, const char* function) {
   return guarded(c, function, kAny, [&](Component& component) {
     component.log(fmi2Discard, kDiscard,
-                  std::string(function) + ": this information exists for asynchronous steps alone; steps here end "
-                                          "before fmi2DoStep returns.");
+                  std::string(function) +
+                      ": this information exists for asynchronous steps alone; steps here end "
+                      "before fmi2DoStep returns.");
     return fmi2Discard;
   });
 }
@@ -218,8 +220,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], s
   });
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                       const fmi2Real values[]) {
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t count, const fmi2Real values[]) {
   return guarded(c, "fmi2SetReal", kWritable, [&](Component& component) {
     require("fmi2SetReal", count, references, values);
     component.slave.set(references, count, false, values);
@@ -227,8 +228,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], s
   });
 }
 
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                          fmi2Integer values[]) {
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count, fmi2Integer values[]) {
   return guarded(c, "fmi2GetInteger", kReadable, [&](Component& component) {
     require("fmi2GetInteger", count, references, values);
     for (size_t i = 0; i < count; ++i) {
@@ -318,8 +318,8 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
   return guarded(c, "fmi2DeSerializeFMUstate", kAny, [&](Component& component) {
     require("fmi2DeSerializeFMUstate", 1, bytes, state);
-    auto snapshot = std::make_unique<sigmafmu::Snapshot>(
-        sigmafmu::deserialize(bytes, size, component.slave.identity()));
+    auto snapshot =
+        std::make_unique<sigmafmu::Snapshot>(sigmafmu::deserialize(bytes, size, component.slave.identity()));
     if (*state) {
       *static_cast<sigmafmu::Snapshot*>(*state) = std::move(*snapshot);
     } else {

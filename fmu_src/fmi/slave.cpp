@@ -251,8 +251,7 @@ const Variable& Slave::real_output(unsigned reference, const char* purpose) cons
   return v;
 }
 
-void Slave::get_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
-                                   double* values) {
+void Slave::get_output_derivatives(const unsigned* references, std::size_t count, const int* orders, double* values) {
   bool accelerations = false;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable& v = real_output(references[i], "derivatives can be had");

@@ -16,13 +16,13 @@ struct Snapshot {
   Phase phase = Phase::instantiated;
   double start_time = 0, stop_time = 0;  // [s]
   bool has_stop_time = false;
-  bool stale = true;  // the state does not follow from the parameters and initial values yet
+  bool stale = true;               // the state does not follow from the parameters and initial values yet
   std::vector<double> parameters;  // every parameter in the order of the variable table, enumerations as numbers
   State state;
   InputSignal input;
-  Eigen::VectorXd last_input;  // u at the end of the last step, against which jumps are measured
-  bool parameter_jump = false;           // a tunable parameter changed since the last step ...
-  Eigen::VectorXd vdot_before_jump;      // ... and this was vdot just before
+  Eigen::VectorXd last_input;        // u at the end of the last step, against which jumps are measured
+  bool parameter_jump = false;       // a tunable parameter changed since the last step ...
+  Eigen::VectorXd vdot_before_jump;  // ... and this was vdot just before
 };
 
 // Bytes that another process with the same FMU can read. `identity` (the GUID) and a checksum are part of them.

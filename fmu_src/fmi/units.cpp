@@ -42,7 +42,8 @@ const std::vector<Enumeration>& enumerations() {
         {"tangentFree", "no tangent operator"}}},
       {"Newton",
        "When the iteration matrix is made anew",
-       {{"full", "in every step, and in every iteration that changes it"}, {"modified", "when convergence becomes slow"}}},
+       {{"full", "in every step, and in every iteration that changes it"},
+        {"modified", "when convergence becomes slow"}}},
   };
   return table;
 }

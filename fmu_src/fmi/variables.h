@@ -59,10 +59,10 @@ struct Variable {
   const char* display_unit = nullptr;  // of that unit's displays
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool above_min = false;               // min itself is not allowed
-  bool integer = false;                 // Integer or Enumeration
+  bool above_min = false;  // min itself is not allowed
+  bool integer = false;    // Integer or Enumeration
   const Enumeration* enumeration = nullptr;
-  bool needs_accelerations = false;     // reads View::vdot or View::lambda; only these can depend on inputs
+  bool needs_accelerations = false;  // reads View::vdot or View::lambda; only these can depend on inputs
 
   // Where the value is: an output is computed by `output`, a parameter lies in a Mechanism, an input in the vector u.
   int object = 0, component = 0;

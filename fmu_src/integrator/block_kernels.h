@@ -125,39 +125,61 @@ struct Pair {
 template <int N>
 Pair pair_for(int m) {
   switch (m) {
-    case 1: return {solve<N, 1>, subtract_product<N, 1>};
-    case 3: return {solve<N, 3>, subtract_product<N, 3>};
-    case 4: return {solve<N, 4>, subtract_product<N, 4>};
-    case 5: return {solve<N, 5>, subtract_product<N, 5>};
-    case 6: return {solve<N, 6>, subtract_product<N, 6>};
-    case 8: return {solve<N, 8>, subtract_product<N, 8>};
-    case 10: return {solve<N, 10>, subtract_product<N, 10>};
-    default: return {solve<0, 0>, subtract_product<0, 0>};
+    case 1:
+      return {solve<N, 1>, subtract_product<N, 1>};
+    case 3:
+      return {solve<N, 3>, subtract_product<N, 3>};
+    case 4:
+      return {solve<N, 4>, subtract_product<N, 4>};
+    case 5:
+      return {solve<N, 5>, subtract_product<N, 5>};
+    case 6:
+      return {solve<N, 6>, subtract_product<N, 6>};
+    case 8:
+      return {solve<N, 8>, subtract_product<N, 8>};
+    case 10:
+      return {solve<N, 10>, subtract_product<N, 10>};
+    default:
+      return {solve<0, 0>, subtract_product<0, 0>};
   }
 }
 
 // Rigid bodies have 6 velocities, joints 3 to 6 equations and twice as many unknowns in the stabilized form.
 inline Pair pair_for(int n, int m) {
   switch (n) {
-    case 3: return pair_for<3>(m);
-    case 4: return pair_for<4>(m);
-    case 5: return pair_for<5>(m);
-    case 6: return pair_for<6>(m);
-    case 8: return pair_for<8>(m);
-    case 10: return pair_for<10>(m);
-    default: return {solve<0, 0>, subtract_product<0, 0>};
+    case 3:
+      return pair_for<3>(m);
+    case 4:
+      return pair_for<4>(m);
+    case 5:
+      return pair_for<5>(m);
+    case 6:
+      return pair_for<6>(m);
+    case 8:
+      return pair_for<8>(m);
+    case 10:
+      return pair_for<10>(m);
+    default:
+      return {solve<0, 0>, subtract_product<0, 0>};
   }
 }
 
 inline Factorize factorize_for(int n) {
   switch (n) {
-    case 3: return factorize<3>;
-    case 4: return factorize<4>;
-    case 5: return factorize<5>;
-    case 6: return factorize<6>;
-    case 8: return factorize<8>;
-    case 10: return factorize<10>;
-    default: return factorize<0>;
+    case 3:
+      return factorize<3>;
+    case 4:
+      return factorize<4>;
+    case 5:
+      return factorize<5>;
+    case 6:
+      return factorize<6>;
+    case 8:
+      return factorize<8>;
+    case 10:
+      return factorize<10>;
+    default:
+      return factorize<0>;
   }
 }
 

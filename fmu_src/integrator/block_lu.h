@@ -47,15 +47,15 @@ class BlockLU {
  private:
   struct Neighbour {
     int node, size;
-    int lower, upper;  // offsets of blocks (neighbour, pivot) and (pivot, neighbour)
-    kernels::Solve solve;             // of the block to the right of the pivot
-    kernels::Product down, up;        // (neighbour, pivot) and (pivot, neighbour) times a vector
-    kernels::Product product;         // any (., pivot) times (pivot, neighbour)
+    int lower, upper;           // offsets of blocks (neighbour, pivot) and (pivot, neighbour)
+    kernels::Solve solve;       // of the block to the right of the pivot
+    kernels::Product down, up;  // (neighbour, pivot) and (pivot, neighbour) times a vector
+    kernels::Product product;   // any (., pivot) times (pivot, neighbour)
   };
   struct Step {
     int node, size, diagonal;
     kernels::Factorize factorize;
-    kernels::Solve solve;  // of a vector
+    kernels::Solve solve;          // of a vector
     std::vector<Neighbour> later;  // neighbours eliminated after this node
     std::vector<int> update;       // offset of block (later[a], later[b]) at a * later.size() + b
   };

@@ -225,8 +225,7 @@ void GeneralizedAlpha::correct(const State& s) {
     }
     if (stabilized_) x_.segment(matrix_.mu_offset(j), m) = e.phi - e.phidot / gamma_prime_;
   }
-  const Factorization& f =
-      settings_.is(Newton::modified) && !matrix_is_new_ ? s.jacobian : factorization_;
+  const Factorization& f = settings_.is(Newton::modified) && !matrix_is_new_ ? s.jacobian : factorization_;
   matrix_.solve(f, x_);
 
   v_old_ = v_;
@@ -305,8 +304,8 @@ double GeneralizedAlpha::scaled_increment(const State& s, int& worst_body) const
       const auto v = v_.segment<3>(6 * i + 3 * part);
       const double dv = (v - v_old_.segment<3>(6 * i + 3 * part)).norm();
       const double dq = gamma_prime_ * x_.segment<3>(matrix_.body_offset(i) + 3 * part).norm();
-      const double tolerance = settings_.absolute_tolerance + settings_.relative_tolerance * v.norm() +
-                               kFloor * gamma_prime_ * size[part];
+      const double tolerance =
+          settings_.absolute_tolerance + settings_.relative_tolerance * v.norm() + kFloor * gamma_prime_ * size[part];
       const double scaled = std::max(dv, dq) / tolerance;
       if (!(scaled <= largest)) {
         largest = scaled;

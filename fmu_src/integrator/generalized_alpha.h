@@ -49,10 +49,10 @@ class GeneralizedAlpha {
   static constexpr int kMaxHalvings = 10;
   static constexpr int kMaxIterations = 20;
   // Newton (full) keeps its matrix within a step while it is as good as new: rotations changed by less than ...
-  static constexpr double kNegligibleRotation = 1e-4;  // [rad]
+  static constexpr double kNegligibleRotation = 1e-4;   // [rad]
   static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
-  static constexpr double kMaxContractivity = 0.5;  // modified Newton makes a new matrix above it (section 7)
-  static constexpr int kMaxStaleIterations = 10;    // ... or after so many iterations
+  static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
+  static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
 
  private:
   bool attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure);

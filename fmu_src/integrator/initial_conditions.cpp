@@ -61,8 +61,8 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-void ConsistentSolver::displace(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double s,
-                                VectorXd& q_s, VectorXd& v_s) const {
+void ConsistentSolver::displace(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double s, VectorXd& q_s,
+                                VectorXd& v_s) const {
   v_s = v + s * vdot;
   for (int i = 0; i < system_.body_count(); ++i) {
     const lie::Vector6d theta = s * v.segment<6>(6 * i) + (0.5 * s * s) * vdot.segment<6>(6 * i);

@@ -10,8 +10,8 @@ namespace sigmafmu {
 struct InputSignal {
   static constexpr int kMaxDerivative = 2;
 
-  double t0 = 0;                                     // [s]
-  Eigen::VectorXd derivative[kMaxDerivative + 1];    // u_0, u_1, u_2: force [N], torque [N m] and per s, s2
+  double t0 = 0;                                   // [s]
+  Eigen::VectorXd derivative[kMaxDerivative + 1];  // u_0, u_1, u_2: force [N], torque [N m] and per s, s2
 
   InputSignal() = default;
   explicit InputSignal(int size) {

@@ -10,9 +10,9 @@ enum class Jacobian { full = 1, tangent_free };
 enum class Newton { full = 1, modified };
 
 struct IntegratorSettings {
-  double step_size = 1e-3;           // h: largest internal step [s]
-  double spectral_radius = 0.9;      // rho_inf in [0, 1]
-  double sigma = 1.0;                // Eq. (13)
+  double step_size = 1e-3;            // h: largest internal step [s]
+  double spectral_radius = 0.9;       // rho_inf in [0, 1]
+  double sigma = 1.0;                 // Eq. (13)
   double absolute_tolerance = 1e-10;  // Newton: velocity increments [m/s], [rad/s]
   double relative_tolerance = 1e-8;   // Newton: relative to each body's velocity
   int formulation = static_cast<int>(Formulation::stabilized_index2);
@@ -30,8 +30,7 @@ struct IntegratorSettings {
 struct AlphaParameters {
   double alpha_m, alpha_f, beta, gamma;
 
-  explicit AlphaParameters(double rho)
-      : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)) {
+  explicit AlphaParameters(double rho) : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)) {
     gamma = 0.5 + alpha_f - alpha_m;
     beta = 0.25 * (gamma + 0.5) * (gamma + 0.5);
   }

@@ -71,8 +71,7 @@ inline So3Coefficients so3_coefficients(double x) {
   using detail::horner;
   constexpr auto cosine = detail::factorial_series(2), sine = detail::factorial_series(3);
   if (x < 1.0) {
-    return {horner(cosine.value, x), horner(sine.value, x), horner(cosine.derivative, x),
-            horner(sine.derivative, x)};
+    return {horner(cosine.value, x), horner(sine.value, x), horner(cosine.derivative, x), horner(sine.derivative, x)};
   }
   const double t = std::sqrt(x);
   const double sinc = std::sin(t) / t;
@@ -100,8 +99,8 @@ inline Quaterniond exp(const Vector3d& theta) {
 // Rotation vector [rad] of a unit quaternion, |theta| <= pi.
 inline Vector3d log(const Quaterniond& quat) {
   const double s = quat.vec().norm();
-  if (s < 1e-150) return 2.0 * quat.vec();
   const double sign = quat.w() < 0.0 ? -1.0 : 1.0;
+  if (s < 1e-150) return 2.0 * sign * quat.vec();
   return (2.0 * sign * std::atan2(s, sign * quat.w()) / s) * quat.vec();
 }
 

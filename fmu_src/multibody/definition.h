@@ -20,9 +20,9 @@ inline constexpr int kGround = -1;
 struct RigidBodyDef {
   std::string name;
   std::string description;
-  double mass = 1.0;                            // [kg]
-  Vector3d inertia = Vector3d::Ones();          // xx, yy, zz about B [kg m^2]
-  Vector3d inertia_products = Vector3d::Zero();  // xy, xz, yz: the matrix elements themselves [kg m^2]
+  double mass = 1.0;                                     // [kg]
+  Vector3d inertia = Vector3d::Ones();                   // xx, yy, zz about B [kg m^2]
+  Vector3d inertia_products = Vector3d::Zero();          // xy, xz, yz: the matrix elements themselves [kg m^2]
   Vector3d initial_position = Vector3d::Zero();          // p_WB [m]
   Vector4d initial_quaternion = Vector4d(1, 0, 0, 0);    // quat_WB (w, x, y, z), any length > 0
   Vector3d initial_velocity = Vector3d::Zero();          // v_WB in W [m/s]
@@ -91,7 +91,8 @@ struct MultibodyDef {
 };
 
 // Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: mass and
-// inertia that no rigid body can have, a zero quaternion, negative stiffness, unknown bodies, axes that are no rotation.
+// inertia that no rigid body can have, a zero quaternion, negative stiffness, unknown bodies, axes that are no
+// rotation.
 void validate(const MultibodyDef& definition);
 
 }  // namespace sigmafmu

@@ -15,10 +15,10 @@ inline constexpr int kPositionsPerBody = 7;
 inline constexpr int kVelocitiesPerBody = 6;
 
 struct BodyKinematics {
-  Vector3d p_WB = Vector3d::Zero();         // [m]
-  Matrix3d R_WB = Matrix3d::Identity();     // maps B to W
-  Vector3d v_WB = Vector3d::Zero();         // in W [m/s]
-  Vector3d w_WB_B = Vector3d::Zero();       // in B [rad/s]
+  Vector3d p_WB = Vector3d::Zero();      // [m]
+  Matrix3d R_WB = Matrix3d::Identity();  // maps B to W
+  Vector3d v_WB = Vector3d::Zero();      // in W [m/s]
+  Vector3d w_WB_B = Vector3d::Zero();    // in B [rad/s]
 };
 
 // Up to six rows (equations of one joint) by the six velocities of one body; never on the heap.

@@ -150,8 +150,7 @@ void System::linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e)
     e.C[i].bottomRightCorner<3, 3>() = bodies_[i].gyroscopic_damping(e.bodies[i]);
   }
   for (const Load& load : loads_) {  // r has -R^T t: d/dphi = -hat(R^T t)
-    e.K[load.body].bottomRightCorner<3, 3>() -=
-        lie::hat(e.bodies[load.body].R_WB.transpose() * load.torque);
+    e.K[load.body].bottomRightCorner<3, 3>() -= lie::hat(e.bodies[load.body].R_WB.transpose() * load.torque);
   }
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const Joint& joint = joints_[j];

@@ -24,10 +24,10 @@ struct BlockPattern {
   struct Incidence {
     int joint, body, side;  // side 0: the joint's body 1, side 1: its body 2
   };
-  std::vector<int> body_sizes;                   // velocities of each body
-  std::vector<int> joint_sizes;                  // equations of each joint
-  std::vector<std::pair<int, int>> body_pairs;   // (i, j) blocks of M, C, K; the first n are (i, i)
-  std::vector<Incidence> incidences;             // blocks of B and Z
+  std::vector<int> body_sizes;                  // velocities of each body
+  std::vector<int> joint_sizes;                 // equations of each joint
+  std::vector<std::pair<int, int>> body_pairs;  // (i, j) blocks of M, C, K; the first n are (i, i)
+  std::vector<Incidence> incidences;            // blocks of B and Z
 };
 
 struct Evaluation {

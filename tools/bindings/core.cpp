@@ -4,6 +4,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <chrono>
+#include <cstdint>
 #include <stdexcept>
 
 #include "integrator/generalized_alpha.h"
@@ -22,22 +24,28 @@ Vector4d wxyz(const lie::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; 
 
 void bind_lie(nb::module_& m) {
   m.def("hat", &lie::hat, "w"_a, "3x3 matrix with hat(w) x = w cross x.");
-  m.def("exp", [](const Vector3d& theta) { return wxyz(lie::exp(theta)); }, "theta"_a,
-        "Unit quaternion (w, x, y, z) of a rotation vector [rad].");
-  m.def("log", [](const Vector4d& q) { return lie::log(quat(q)); }, "quaternion"_a,
-        "Rotation vector [rad], at most pi long, of a unit quaternion (w, x, y, z).");
+  m.def(
+      "exp", [](const Vector3d& theta) { return wxyz(lie::exp(theta)); }, "theta"_a,
+      "Unit quaternion (w, x, y, z) of a rotation vector [rad].");
+  m.def(
+      "log", [](const Vector4d& q) { return lie::log(quat(q)); }, "quaternion"_a,
+      "Rotation vector [rad], at most pi long, of a unit quaternion (w, x, y, z).");
   m.def("rotation_matrix", [](const Vector4d& q) { return quat(q).toRotationMatrix(); }, "quaternion"_a);
   m.def("tangent", &lie::tangent, "theta"_a, "T(theta), 3x3.");
   m.def("tangent_times", &lie::tangent_times, "theta"_a, "c"_a);
   m.def("tangent_inverse", &lie::tangent_inverse, "theta"_a);
   m.def("tangent_inverse_times", &lie::tangent_inverse_times, "theta"_a, "c"_a);
   m.def("tangent_derivative", &lie::tangent_derivative, "theta"_a, "c"_a, "d(T(theta) c)/dtheta, 3x3.");
-  m.def("coefficients", [](double x) {
-    const auto k = lie::so3_coefficients(x);
-    return Vector4d(k.a, k.b, k.da, k.db);
-  }, "x"_a, "(a, b, a'/t, b'/t) at t^2 = x.");
-  m.def("compose", [](const lie::Vector7d& q, const lie::Vector6d& theta) { return lie::compose(q, theta); },
-        "q"_a, "theta"_a, "q o exp(theta) on R^3 x SO(3).");
+  m.def(
+      "coefficients",
+      [](double x) {
+        const auto k = lie::so3_coefficients(x);
+        return Vector4d(k.a, k.b, k.da, k.db);
+      },
+      "x"_a, "(a, b, a'/t, b'/t) at t^2 = x.");
+  m.def(
+      "compose", [](const lie::Vector7d& q, const lie::Vector6d& theta) { return lie::compose(q, theta); }, "q"_a,
+      "theta"_a, "q o exp(theta) on R^3 x SO(3).");
 }
 
 // Dense views of one evaluation, for checking every derivative against differences.
@@ -115,8 +123,8 @@ struct PySystem {
     if (lambda.size() != system.constraint_size()) throw std::invalid_argument("lambda has the wrong size");
     system.evaluate(q, v, e);
     const Joint& j = system.joint(joint);
-    const auto r = j.reaction(system.kinematics(e, j.body2()), e.joints[joint],
-                              lambda.data() + system.lambda_index(joint));
+    const auto r =
+        j.reaction(system.kinematics(e, j.body2()), e.joints[joint], lambda.data() + system.lambda_index(joint));
     return nb::make_tuple(r.force, r.torque);
   }
   VectorXd compose(const VectorXd& q, const VectorXd& theta) const {
@@ -195,6 +203,19 @@ struct PySimulation {
   InputSignal input;
 };
 
+// A master in C++: n communication steps of an instantiated FMU, given the addresses of its fmi2DoStep and component.
+// Returns the wall time per step [s].
+double time_do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, double H, int n) {
+  const auto call = reinterpret_cast<int (*)(void*, double, double, int)>(do_step);
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < n; ++i) {
+    if (call(reinterpret_cast<void*>(component), t0 + i * H, H, 1) != 0) {
+      throw std::runtime_error("fmi2DoStep failed in step " + std::to_string(i));
+    }
+  }
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / n;
+}
+
 void bind_definitions(nb::module_& m) {
   m.attr("GROUND") = kGround;
   nb::enum_<JointType>(m, "JointType")
@@ -214,39 +235,43 @@ void bind_definitions(nb::module_& m) {
       .def_rw("initial_velocity", &RigidBodyDef::initial_velocity)
       .def_rw("initial_angular_velocity", &RigidBodyDef::initial_angular_velocity);
   nb::class_<Frame>(m, "Frame")
-      .def("__init__", [](Frame* f, const Vector3d& origin, const Matrix3d& axes) { new (f) Frame{origin, axes}; },
-           "origin"_a, "axes"_a)
+      .def(
+          "__init__", [](Frame* f, const Vector3d& origin, const Matrix3d& axes) { new (f) Frame{origin, axes}; },
+          "origin"_a, "axes"_a)
       .def_rw("origin", &Frame::origin)
       .def_rw("axes", &Frame::axes);
   nb::class_<JointDef>(m, "Joint")
-      .def("__init__",
-           [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
-              const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
-           "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
+      .def(
+          "__init__",
+          [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
+             const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
+          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
       .def_rw("name", &JointDef::name)
       .def_rw("type", &JointDef::type);
   nb::class_<SpringDamperDef>(m, "SpringDamper")
-      .def("__init__",
-           [](SpringDamperDef* s, std::string name, int body1, const Vector3d& point1, int body2,
-              const Vector3d& point2, const Vector3d& stiffness, const Vector3d& damping) {
-             new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping};
-           },
-           "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a)
+      .def(
+          "__init__",
+          [](SpringDamperDef* s, std::string name, int body1, const Vector3d& point1, int body2, const Vector3d& point2,
+             const Vector3d& stiffness, const Vector3d& damping) {
+            new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping};
+          },
+          "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a)
       .def_rw("stiffness", &SpringDamperDef::stiffness)
       .def_rw("damping", &SpringDamperDef::damping);
-  nb::class_<LoadDef>(m, "Load")
-      .def("__init__",
-           [](LoadDef* l, std::string name, int body, const Vector3d& force, const Vector3d& torque) {
-             new (l) LoadDef{std::move(name), "", body, force, torque};
-           },
-           "name"_a, "body"_a, "force"_a, "torque"_a);
+  nb::class_<LoadDef>(m, "Load").def(
+      "__init__",
+      [](LoadDef* l, std::string name, int body, const Vector3d& force, const Vector3d& torque) {
+        new (l) LoadDef{std::move(name), "", body, force, torque};
+      },
+      "name"_a, "body"_a, "force"_a, "torque"_a);
   nb::class_<MultibodyDef>(m, "Multibody")
       .def(nb::init<>())
       .def_rw("gravity", &MultibodyDef::gravity)
       .def_ro("bodies", &MultibodyDef::bodies)
       .def_ro("joints", &MultibodyDef::joints)
-      .def("body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
-           nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
+      .def(
+          "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
+          nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
       .def("add", nb::overload_cast<RigidBodyDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<JointDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<SpringDamperDef>(&MultibodyDef::add))
@@ -275,12 +300,15 @@ void bind_definitions(nb::module_& m) {
     for (const Mechanism& mechanism : mechanisms()) names.push_back(mechanism.name);
     return names;
   });
-  m.def("mechanism", [](const std::string& name) {
-    for (const Mechanism& mechanism : mechanisms()) {
-      if (mechanism.name == name) return mechanism;
-    }
-    throw std::invalid_argument("unknown mechanism " + name);
-  }, "name"_a, "A fresh copy of a mechanism from models/.");
+  m.def(
+      "mechanism",
+      [](const std::string& name) {
+        for (const Mechanism& mechanism : mechanisms()) {
+          if (mechanism.name == name) return mechanism;
+        }
+        throw std::invalid_argument("unknown mechanism " + name);
+      },
+      "name"_a, "A fresh copy of a mechanism from models/.");
 }
 
 }  // namespace
@@ -292,6 +320,8 @@ NB_MODULE(_core, m) {
   bind_lie(so3);
   bind_definitions(m);
 
+  m.def("time_do_steps", &time_do_steps, "do_step"_a, "component"_a, "t0"_a, "H"_a, "n"_a,
+        "Wall time [s] of one fmi2DoStep, without Python in between.");
   nb::class_<AlphaParameters>(m, "AlphaParameters")
       .def(nb::init<double>(), "spectral_radius"_a)
       .def_ro("alpha_m", &AlphaParameters::alpha_m)

@@ -142,6 +142,28 @@ def demo(
         out.print(f"wrote {file}", soft_wrap=True)
 
 
+@app.command(epilog="Example: sigmafmu bench --rounds 10")
+def bench(
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
+) -> None:
+    """Time an internal step of every mechanism beside Exudyn's (needs the extra `reference`)."""
+    from sigmafmu import bench as benchmark
+
+    total = benchmark.runs(rounds)
+    done = 0
+    with progress_bar(err, "bench", total, unit="runs") as move_to:
+
+        def advance() -> None:
+            nonlocal done
+            done += 1
+            move_to(done)
+
+        tables = list(benchmark.run(rounds, advance))
+    out.print(benchmark.machine(), soft_wrap=True)
+    for table in tables:
+        out.print(table)
+
+
 def _split_setting(text: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     if not (name and equals and value):

@@ -23,17 +23,17 @@ def _console(*, stderr: bool = False) -> Console:
 
 
 @contextmanager
-def progress_bar(console: Console, label: str, stop_time: float) -> Iterator[Callable[[float], None]]:
-    """Show a bar from 0 to `stop_time` seconds; yields the function that moves it to a time."""
+def progress_bar(console: Console, label: str, total: float, unit: str = "s") -> Iterator[Callable[[float], None]]:
+    """Show a bar from 0 to `total` seconds (or other units); yields the function that moves it."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
-        TextColumn("{task.completed:.3g} of {task.total:.3g} s"),
+        TextColumn(f"{{task.completed:.3g}} of {{task.total:.3g}} {unit}"),
         TimeElapsedColumn(),
     )
     progress = Progress(*columns, console=console, auto_refresh=False)
-    task = progress.add_task(label, total=stop_time)
+    task = progress.add_task(label, total=total)
     reached, drawn = 0.0, 0.0
 
     def move_to(now: float) -> None:

@@ -27,9 +27,7 @@ struct RigidBody {
     return r;
   }
   // d(w x J w)/dw = hat(w) J - hat(J w).
-  Matrix3d gyroscopic_damping(const BodyKinematics& k) const {
-    return lie::hat(k.w_WB_B) * J - lie::hat(J * k.w_WB_B);
-  }
+  Matrix3d gyroscopic_damping(const BodyKinematics& k) const { return lie::hat(k.w_WB_B) * J - lie::hat(J * k.w_WB_B); }
   double kinetic_energy(const BodyKinematics& k) const {
     return 0.5 * (mass * k.v_WB.squaredNorm() + k.w_WB_B.dot(J * k.w_WB_B));
   }

@@ -28,9 +28,7 @@ struct SpringDamper {
     return -stiffness.cwiseProduct(e.phi) - damping.cwiseProduct(e.phidot);
   }
   // [J]
-  double energy(const SpringDamperEvaluation& e) const {
-    return 0.5 * e.phi.dot(stiffness.cwiseProduct(e.phi));
-  }
+  double energy(const SpringDamperEvaluation& e) const { return 0.5 * e.phi.dot(stiffness.cwiseProduct(e.phi)); }
   // K_ij += B_i^T (K B_j + D Z_j) - d(B_i^T f)/d(motion) at constant f, C_ij += B_i^T D B_j.
   void linearize(const BodyKinematics& k1, const BodyKinematics& k2, const Vector3d& total_force,
                  SpringDamperEvaluation& e, const PairBlocks& K, const PairBlocks& C) const {

@@ -112,8 +112,7 @@ void Joint::stiffness(const BodyKinematics& k1, const BodyKinematics& k2, const 
   }
 }
 
-void Joint::add_motor(const BodyKinematics& k1, const BodyKinematics& k2, double motor, double* r1,
-                      double* r2) const {
+void Joint::add_motor(const BodyKinematics& k1, const BodyKinematics& k2, double motor, double* r1, double* r2) const {
   using Map6 = Eigen::Map<Vector6d>;
   if (type_ == JointType::revolute) {  // +torque about z on body 2, -torque on body 1
     if (r1) Map6(r1).tail<3>() += motor * frame1_.axes.col(z);

@@ -37,12 +37,10 @@ struct PointCoincidence {
   void stiffness(const BodyKinematics& b1, const BodyKinematics& b2, const Vector3d& lambda,
                  const PairBlocks& K) const {
     if (K.block[0][0]) {
-      K.block[0][0]->bottomRightCorner<3, 3>().noalias() -=
-          lie::hat(s1) * lie::hat(b1.R_WB.transpose() * lambda);
+      K.block[0][0]->bottomRightCorner<3, 3>().noalias() -= lie::hat(s1) * lie::hat(b1.R_WB.transpose() * lambda);
     }
     if (K.block[1][1]) {
-      K.block[1][1]->bottomRightCorner<3, 3>().noalias() +=
-          lie::hat(s2) * lie::hat(b2.R_WB.transpose() * lambda);
+      K.block[1][1]->bottomRightCorner<3, 3>().noalias() += lie::hat(s2) * lie::hat(b2.R_WB.transpose() * lambda);
     }
   }
 };
@@ -56,9 +54,7 @@ struct AxialDistance {
     return b1.R_WB.transpose() * (b2.p_WB + b2.R_WB * s2 - b1.p_WB);
   }
   // [m]
-  double gap(const BodyKinematics& b1, const BodyKinematics& b2) const {
-    return n1.dot(seen_from_1(b1, b2) - s1);
-  }
+  double gap(const BodyKinematics& b1, const BodyKinematics& b2) const { return n1.dot(seen_from_1(b1, b2) - s1); }
   // B_2 = [n^T, (s_2 x R_2^T n)^T], B_1 = [-n^T, (n_1 x u)^T].
   void gradient(const BodyKinematics& b1, const BodyKinematics& b2, int row, JointRows& B1, JointRows& B2) const {
     const Vector3d n = b1.R_WB * n1;

@@ -1,0 +1,288 @@
+"""What the tests of the core share: differences, exact SO(3) in 50 digits, random mechanisms, runs of the integrator.
+
+Positions q hold (x, y, z, quaternion w, x, y, z) per body, velocities v (in W, angular velocity in B) as in the core.
+A "motion" is an increment on R³×SO(3): x + δx in W, R exp(φ) in B.
+"""
+
+from collections.abc import Callable
+from copy import copy
+from functools import cache
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.linalg import block_diag, null_space
+from scipy.spatial.transform import Rotation
+
+from sigmafmu import _core
+from sigmafmu.reference import MODELS, History, vector_columns
+from sigmafmu.reference.minimal_coordinates import solve
+
+EPS = float(np.finfo(float).eps)
+GROUND = _core.GROUND
+mp.mp.dps = 50
+
+__all__ = ["EPS", "GROUND", "MODELS", "Rotation", "block_diag", "copy", "null_space"]
+
+
+# --- hypothesis ------------------------------------------------------------------------------------------------------
+
+
+def property_test(examples: int = 100, **strategies: st.SearchStrategy) -> Callable:
+    """`given` with a fixed seed: the same examples in every run and on every machine."""
+
+    def decorate(test: Callable) -> Callable:
+        chosen = settings(max_examples=examples, derandomize=True, deadline=None, database=None)
+        return chosen(given(**strategies)(test))
+
+    return decorate
+
+
+def vectors(bound: float, size: int = 3) -> st.SearchStrategy:
+    """Vectors with components in [-bound, bound]; hypothesis likes zeros, tiny and extreme ones."""
+    return arrays(float, size, elements=st.floats(-bound, bound))
+
+
+seeds = st.integers(0, 2**32 - 1)
+"""Seeds of `np.random.default_rng`, for mechanisms with too many numbers to be drawn one by one."""
+
+
+# --- differences -----------------------------------------------------------------------------------------------------
+
+FIRST = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # sixth order: f' = Σ c (f(kh) - f(-kh)) / h
+SECOND = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # f'' = Σ c (f(kh) + f(-kh)) / h², k = 0 once
+
+
+def derivative(f: Callable[[float], Any], h: float = 2e-3) -> Any:
+    """f'(0): truncation h⁶ f⁽⁷⁾/140, about 5e-19 f⁽⁷⁾, and rounding ε/h, about 1e-13 |f|."""
+    return sum(c * (np.asarray(f(k * h)) - f(-k * h)) for k, c in FIRST.items()) / h
+
+
+def second_derivative(f: Callable[[float], Any], h: float = 1e-2) -> Any:
+    """f''(0): truncation h⁶ f⁽⁸⁾/560, about 2e-15 f⁽⁸⁾, and rounding 4 ε/h², about 1e-11 |f|."""
+    return sum(c * (np.asarray(f(k * h)) + f(-k * h)) / (1 if k else 2) for k, c in SECOND.items()) / h**2
+
+
+def jacobian(f: Callable[[np.ndarray], Any], size: int) -> np.ndarray:
+    """df/dx at x = 0, column by column."""
+    return np.stack([derivative(lambda s, e=e: f(s * e)) for e in np.eye(size)], axis=-1)
+
+
+def assert_close(actual: Any, expected: Any, tolerance: float, scale: float = 1.0) -> None:
+    """Largest component of the difference at most tolerance × (scale + largest component)."""
+    actual, expected = np.asarray(actual), np.asarray(expected)
+    assert actual.shape == expected.shape
+    if actual.size == 0:
+        return
+    allowed = tolerance * (scale + np.abs(expected).max())
+    assert np.abs(actual - expected).max() <= allowed, f"{np.abs(actual - expected).max():.3g} > {allowed:.3g}"
+
+
+DIFFERENCES = 1e-11
+"""Accuracy of the differences above, relative to the size of the numbers that are differentiated."""
+
+
+# --- SO(3) in 50 digits ----------------------------------------------------------------------------------------------
+
+
+def exact(x: Any) -> mp.matrix:
+    """Array of floats → mpmath matrix, without rounding."""
+    return mp.matrix(np.asarray(x, dtype=float).tolist())
+
+
+def rounded(m: mp.matrix) -> np.ndarray:
+    """Mpmath matrix → array of floats; a column becomes a vector."""
+    result = np.array(m.tolist(), dtype=float)
+    return result[:, 0] if m.cols == 1 else result
+
+
+def exact_coefficients(x: Any) -> tuple:
+    """a = (1 - cos t)/t², b = (t - sin t)/t³, a'/t, b'/t at t² = x, as hypergeometric functions: no cancellation."""
+    z, half = -mp.mpf(x) / 4, mp.mpf(1) / 2
+    return (
+        mp.hyp1f2(1, 3 * half, 2, z) / 2,
+        mp.hyp1f2(1, 2, 5 * half, z) / 6,
+        -mp.hyp1f2(2, 5 * half, 3, z) / 12,
+        -mp.hyp1f2(2, 3, 7 * half, z) / 60,
+    )
+
+
+def exact_hat(w: mp.matrix) -> mp.matrix:
+    return mp.matrix([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+
+
+def exact_square(theta: mp.matrix) -> Any:
+    return sum((t * t for t in theta), mp.mpf(0))
+
+
+def exact_exp(theta: mp.matrix) -> mp.matrix:
+    """Unit quaternion (w, x, y, z)."""
+    half = mp.sqrt(exact_square(theta)) / 2
+    return mp.matrix([mp.cos(half), *(mp.sinc(half) / 2 * t for t in theta)])
+
+
+def exact_tangent(theta: mp.matrix) -> mp.matrix:
+    a, b, _, _ = exact_coefficients(exact_square(theta))
+    m = exact_hat(theta)
+    return mp.eye(3) - a * m + b * m * m
+
+
+def exact_product(p: mp.matrix, q: mp.matrix) -> mp.matrix:
+    """Hamilton product."""
+    w = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3]
+    x = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2]
+    y = p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3]
+    z = p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1]
+    return mp.matrix([w, x, y, z])
+
+
+# --- poses and mechanisms --------------------------------------------------------------------------------------------
+
+
+def rotation_of(q: np.ndarray) -> Rotation:
+    """R_WB of the last four of seven coordinates; rows allowed."""
+    return Rotation.from_quat(q[..., 3:7], scalar_first=True)
+
+
+def pose(position: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Homogeneous matrix."""
+    result = np.eye(4)
+    result[:3, 3], result[:3, :3] = position, axes
+    return result
+
+
+def coordinates(*poses: np.ndarray) -> np.ndarray:
+    """q of homogeneous matrices."""
+    return np.concatenate([[*x[:3, 3], *Rotation.from_matrix(x[:3, :3]).as_quat(scalar_first=True)] for x in poses])
+
+
+def random_pose(rng: np.random.Generator) -> np.ndarray:
+    return pose(rng.uniform(-1, 1, 3), Rotation.random(rng=rng).as_matrix())
+
+
+def random_frame(rng: np.random.Generator) -> _core.Frame:
+    return _core.Frame(rng.uniform(-0.5, 0.5, 3), Rotation.random(rng=rng).as_matrix())
+
+
+def frame_pose(frame: _core.Frame) -> np.ndarray:
+    return pose(frame.origin, frame.axes)
+
+
+def random_body(rng: np.random.Generator, name: str) -> _core.RigidBody:
+    """Mass 0.5 to 2 kg; inertia of the second moments d of a mass distribution, J = tr(d) I - d, turned."""
+    body = _core.RigidBody()
+    body.name, body.mass = name, rng.uniform(0.5, 2.0)
+    moments = np.diag(rng.uniform(0.05, 0.5, 3))
+    axes = Rotation.random(rng=rng).as_matrix()
+    inertia = axes @ (np.trace(moments) * np.eye(3) - moments) @ axes.T
+    body.inertia, body.inertia_products = np.diag(inertia), inertia[[0, 0, 1], [1, 2, 2]]
+    return body
+
+
+def random_coordinates(rng: np.random.Generator, bodies: int) -> np.ndarray:
+    return coordinates(*(random_pose(rng) for _ in range(bodies)))
+
+
+def mass_matrix(definition: _core.Multibody) -> np.ndarray:
+    """M from the definition, not from the System."""
+    blocks = []
+    for body in definition.bodies:
+        inertia = np.diag(body.inertia)
+        inertia[[0, 0, 1], [1, 2, 2]] = inertia[[1, 2, 2], [0, 0, 1]] = body.inertia_products
+        blocks += [body.mass * np.eye(3), inertia]
+    return block_diag(*blocks)
+
+
+JOINT_TYPES = tuple(_core.JointType)
+
+
+def random_mechanism(rng: np.random.Generator, bodies: int = 3, joints: int = 3) -> _core.Multibody:
+    """Bodies in any places, joints and springs between any two of them or the ground, loads, gravity.
+
+    The joints' equations do not hold at random positions; no derivative needs that.
+    """
+    definition = _core.Multibody()
+    definition.gravity = rng.uniform(-10, 10, 3)
+    for i in range(bodies):
+        definition.add(random_body(rng, f"body{i}"))
+    for i in range(joints):
+        one, two = rng.choice(range(-1, bodies), 2, replace=False)
+        kind = JOINT_TYPES[rng.integers(len(JOINT_TYPES))]
+        definition.add(_core.Joint(f"joint{i}", kind, one, random_frame(rng), two, random_frame(rng)))
+    for i in range(3):
+        one, two = rng.choice(range(-1, bodies), 2, replace=False)
+        points, constants = rng.uniform(-0.5, 0.5, (2, 3)), rng.uniform(0, 20, (2, 3))
+        definition.add(_core.SpringDamper(f"spring{i}", one, points[0], two, points[1], *constants))
+    for i in range(2):
+        definition.add(_core.Load(f"load{i}", rng.integers(bodies), *rng.uniform(-5, 5, (2, 3))))
+    return definition
+
+
+# --- runs ------------------------------------------------------------------------------------------------------------
+
+INDEX3, INDEX2, STABILIZED = 1, 2, 3
+RESIDUAL, INCREMENTAL = 1, 2
+FULL, TANGENT_FREE, MODIFIED = 1, 2, 2
+FORMULATIONS = {"index3": INDEX3, "index2": INDEX2, "stabilizedIndex2": STABILIZED}
+
+
+def simulation(mechanism: str | _core.Mechanism, **chosen: Any) -> _core.Simulation:
+    """A mechanism with changed integrator settings, at its start."""
+    if isinstance(mechanism, str):
+        mechanism = _core.mechanism(mechanism)
+    for name, value in chosen.items():
+        getattr(mechanism.integrator, name)  # a misspelt setting fails
+        setattr(mechanism.integrator, name, value)
+    return _core.Simulation(mechanism)
+
+
+def state_arrays(state: _core.State) -> dict[str, np.ndarray]:
+    """Everything a step leaves behind, for bitwise comparison."""
+    names = ("time", "q", "v", "vdot", "a", "lambda_", "angle")
+    counters = [getattr(state.counters, n) for n in ("steps", "newton_iterations", "jacobian_evaluations", "retries")]
+    return {**{name: np.atleast_1d(getattr(state, name)) for name in names}, "counters": np.array(counters)}
+
+
+def assert_bitwise(one: _core.State, other: _core.State) -> None:
+    theirs = state_arrays(other)
+    for name, values in state_arrays(one).items():
+        assert values.tobytes() == theirs[name].tobytes(), name
+
+
+@cache
+def reference(model: str, stop: float, samples: int) -> History:
+    """The independent solution at `samples` equal intervals up to `stop`."""
+    return solve(model, np.linspace(0.0, stop, samples + 1))
+
+
+def columns(history: History, name: str, size: int = 3) -> np.ndarray:
+    return np.column_stack([history[c] for c in vector_columns(name, size)])
+
+
+BODIES = {"HeavyTop": ("top",), "HighSpeedRotor": ("rotor",), "SliderCrank": ("crank", "rod", "slider")}
+JOINTS = {"HeavyTop": ("pivot",), "HighSpeedRotor": (), "SliderCrank": ("crankPivot", "crankPin", "wristPin", "guide")}
+
+
+def errors(model: str, reference: History, q: np.ndarray, v: np.ndarray, multipliers: np.ndarray) -> dict[str, float]:
+    """Largest differences to the independent solution at its times, per kind of quantity.
+
+    Rows of q, v and multipliers belong to the times of the reference. Multipliers are compared as the joints' reaction
+    forces, which is all of them that the independent solution knows.
+    """
+    system = _core.System(_core.mechanism(model).multibody)
+    rows = {"position": [], "orientation": [], "velocity": [], "angularVelocity": [], "reaction": [np.zeros(1)]}
+    for i, body in enumerate(BODIES[model]):
+        qi, vi = q[:, 7 * i : 7 * i + 7], v[:, 6 * i : 6 * i + 6]
+        turn = Rotation.from_quat(columns(reference, f"{body}.quaternion", 4), scalar_first=True)
+        rows["position"].append(qi[:, :3] - columns(reference, f"{body}.position"))
+        rows["orientation"].append((turn.inv() * rotation_of(qi)).as_rotvec())
+        rows["velocity"].append(vi[:, :3] - columns(reference, f"{body}.velocity"))
+        rows["angularVelocity"].append(vi[:, 3:] - columns(reference, f"{body}.angularVelocity"))
+    for j, joint in enumerate(JOINTS[model]):
+        ours = [system.reaction(*row, j)[0] for row in zip(q, v, multipliers, strict=True)]
+        rows["reaction"].append(np.array(ours) - columns(reference, f"{joint}.reactionForce"))
+    result = {kind: max(float(np.abs(part).max()) for part in parts) for kind, parts in rows.items()}
+    return result if JOINTS[model] else {kind: error for kind, error in result.items() if kind != "reaction"}

@@ -1,0 +1,359 @@
+"""Every joint between every pair of bodies and the ground: its equations and all their derivatives against differences,
+its free motions, its motor and its reaction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+from sigmafmu import _core
+
+from .helpers import (
+    DIFFERENCES,
+    EPS,
+    GROUND,
+    JOINT_TYPES,
+    Rotation,
+    assert_close,
+    coordinates,
+    derivative,
+    frame_pose,
+    jacobian,
+    null_space,
+    pose,
+    property_test,
+    random_body,
+    random_coordinates,
+    random_frame,
+    random_pose,
+    rotation_of,
+    second_derivative,
+    seeds,
+)
+
+Type = _core.JointType
+EQUATIONS = {Type.spherical: 3, Type.revolute: 5, Type.universal: 4, Type.prismatic: 5, Type.fixed: 6}
+PAIRS = {"ground-body": (GROUND, 0), "body-ground": (0, GROUND), "body-body": (0, 1), "body-body, turned": (1, 0)}
+X, Y, Z = np.eye(3)
+ROUNDING = 40 * EPS  # products of three or four rotations, arms of length 1
+
+
+@dataclass
+class Case:
+    """One joint of random frames, and its System without gravity or springs."""
+
+    type: _core.JointType
+    pair: tuple[int, int]
+    frames: tuple[_core.Frame, _core.Frame]
+    system: _core.System
+    rng: np.random.Generator
+
+    @property
+    def bodies(self):
+        return 1 if GROUND in self.pair else 2
+
+    def motion(self):
+        return self.rng.uniform(-1, 1, 6 * self.bodies)
+
+    def assembled(self, relative):
+        """q with frame 2 at the pose `relative` in frame 1, otherwise random."""
+        one, two = (frame_pose(frame) for frame in self.frames)
+        if self.pair[0] == GROUND:
+            first = np.eye(4)
+        elif self.pair[1] == GROUND:  # frame 2 is fixed: X_1 = F_2 relative⁻¹ F_1⁻¹
+            return coordinates(two @ np.linalg.inv(relative) @ np.linalg.inv(one))
+        else:
+            first = random_pose(self.rng)
+        second = first @ one @ relative @ np.linalg.inv(two)
+        placed = {self.pair[0]: first, self.pair[1]: second}
+        return coordinates(*(placed[i] for i in range(self.bodies)))
+
+    def axes(self, q, side):
+        """Axes (columns) of the joint's frame of body 1 or 2 (side 0, 1), in W."""
+        body = self.pair[side]
+        turn = np.eye(3) if body == GROUND else rotation_of(q[7 * body : 7 * body + 7]).as_matrix()
+        return turn @ self.frames[side].axes
+
+    def origin(self, q, side):
+        body = self.pair[side]
+        point = self.frames[side].origin
+        return point if body == GROUND else q[7 * body : 7 * body + 3] + rotation_of(q[7 * body :][:7]).apply(point)
+
+    def twist(self, q, body, velocity, angular, point):
+        """v of a body alone that turns with `angular` (W) about `point` (W), which moves with `velocity`."""
+        v = np.zeros(6 * self.bodies)
+        if body != GROUND:
+            place = q[7 * body : 7 * body + 7]
+            v[6 * body : 6 * body + 3] = velocity + np.cross(angular, place[:3] - point)
+            v[6 * body + 3 : 6 * body + 6] = rotation_of(place).inv().apply(angular)
+        return v
+
+
+def make(kind, pair, seed):
+    rng = np.random.default_rng(seed)
+    definition = _core.Multibody()
+    definition.add(random_body(rng, "one"))
+    if GROUND not in pair:
+        definition.add(random_body(rng, "two"))
+    frames = random_frame(rng), random_frame(rng)
+    definition.add(_core.Joint("joint", kind, pair[0], frames[0], pair[1], frames[1]))
+    return Case(kind, pair, frames, _core.System(definition), rng)
+
+
+every_joint = pytest.mark.parametrize("kind", JOINT_TYPES, ids=lambda t: t.name)
+every_pair = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS)
+
+
+def relative_pose(kind, free):
+    """Pose of frame 2 in frame 1 with the joint's free coordinates, and nothing else."""
+    turn = Rotation.identity()
+    if kind == Type.spherical:
+        turn = Rotation.from_rotvec(free[:3])
+    elif kind == Type.revolute:
+        turn = Rotation.from_rotvec(free[0] * Z)
+    elif kind == Type.universal:  # about y of frame 1, then about x of frame 2: y1 stays perpendicular to x2
+        turn = Rotation.from_rotvec(free[0] * Y) * Rotation.from_rotvec(free[1] * X)
+    return pose(free[0] * Z if kind == Type.prismatic else np.zeros(3), turn.as_matrix())
+
+
+free_coordinates = st.tuples(*[st.one_of(st.sampled_from([0.0, np.pi / 2, -np.pi / 2]), st.floats(-3.1, 3.1))] * 3)
+
+
+# --- derivatives -----------------------------------------------------------------------------------------------------
+
+
+@every_joint
+@every_pair
+def test_number_of_equations(kind, pair):
+    assert make(kind, pair, 0).system.constraint_size == EQUATIONS[kind]
+
+
+@every_joint
+@every_pair
+@property_test(25, seed=seeds)
+def test_derivatives_of_the_constraint(kind, pair, seed):
+    """B = dΦ/d(motion), Φ' = B v = dΦ/dt, Z = dΦ'/d(motion), anywhere: the joint need not be assembled."""
+    case = make(kind, pair, seed)
+    system, q, v = case.system, random_coordinates(case.rng, case.bodies), case.motion()
+    _, rate, gradient, rate_gradient = system.constraints(q, v)
+    size = 6 * case.bodies
+    assert_close(gradient, jacobian(lambda x: system.constraints(system.compose(q, x), v)[0], size), DIFFERENCES)
+    assert_close(rate_gradient, jacobian(lambda x: system.constraints(system.compose(q, x), v)[1], size), DIFFERENCES)
+    assert_close(rate, gradient @ v, 8 * EPS)
+    assert_close(rate, derivative(lambda t: system.constraints(system.compose(q, t * v), v)[0]), DIFFERENCES)
+
+
+@every_joint
+@every_pair
+@property_test(25, seed=seeds)
+def test_second_time_derivative_of_the_constraint(kind, pair, seed):
+    """Φ'' = B v' + Z v along a motion q ∘ exp(t v + t²/2 v'), whose velocity is v + t v' + O(t²)."""
+    case = make(kind, pair, seed)
+    system, q, v, vdot = case.system, random_coordinates(case.rng, case.bodies), case.motion(), case.motion()
+    _, _, gradient, rate_gradient = system.constraints(q, v)
+    second = second_derivative(lambda t: system.constraints(system.compose(q, t * v + 0.5 * t * t * vdot), v)[0])
+    assert_close(gradient @ vdot + rate_gradient @ v, second, 1e-9)  # rounding, see second_derivative
+
+
+@every_joint
+@every_pair
+@property_test(25, seed=seeds)
+def test_stiffness_of_the_reaction_and_of_the_motor(kind, pair, seed):
+    """K = d(Bᵀλ - motor force)/d(motion) as part of the residual; C has the gyroscopic term alone."""
+    case = make(kind, pair, seed)
+    system, q, v, vdot = case.system, random_coordinates(case.rng, case.bodies), case.motion(), case.motion()
+    multipliers = case.rng.uniform(-10, 10, system.constraint_size)
+    inputs = case.rng.uniform(-10, 10, system.input_size)
+    _, damping, stiffness = system.linearization(q, v, multipliers, inputs)
+
+    def residual(x=0.0, dv=0.0):
+        return system.residual(system.compose(q, x + np.zeros_like(v)), v + dv, vdot, multipliers, inputs)
+
+    size = 6 * case.bodies
+    assert_close(stiffness, jacobian(lambda x: residual(x=x), size), DIFFERENCES, scale=10)
+    assert_close(damping, jacobian(lambda dv: residual(dv=dv), size), DIFFERENCES, scale=10)
+
+
+@every_joint
+@every_pair
+@property_test(25, seed=seeds)
+def test_multipliers_act_through_the_gradient(kind, pair, seed):
+    """The multipliers' share of the residual is Bᵀλ."""
+    case = make(kind, pair, seed)
+    system, q, v = case.system, random_coordinates(case.rng, case.bodies), case.motion()
+    zero, inputs = np.zeros(6 * case.bodies), np.zeros(system.input_size)
+    multipliers = case.rng.uniform(-10, 10, system.constraint_size)
+    share = system.residual(q, v, zero, multipliers, inputs) - system.residual(q, v, zero, 0 * multipliers, inputs)
+    assert_close(share, system.constraints(q, v)[2].T @ multipliers, 32 * EPS, scale=10)
+
+
+# --- free motions ----------------------------------------------------------------------------------------------------
+
+
+@every_joint
+@every_pair
+@property_test(50, seed=seeds, free=free_coordinates)
+def test_assembled_joint_satisfies_its_equations(kind, pair, seed, free):
+    """Any finite free motion: e.g. a revolute joint turned about its z axis."""
+    case = make(kind, pair, seed)
+    q = case.assembled(relative_pose(kind, free))
+    assert np.abs(case.system.constraints(q, np.zeros(6 * case.bodies))[0]).max() <= ROUNDING
+
+
+def free_motions(case, q):
+    """Basis of all velocities that the joint allows, made from what the joint is: rows."""
+    one, two = case.axes(q, 0), case.axes(q, 1)
+    at = case.origin(q, 1)
+    zero = np.zeros(3)
+    free = {
+        Type.spherical: [(zero, X), (zero, Y), (zero, Z)],
+        Type.revolute: [(zero, one[:, 2])],
+        Type.universal: [(zero, one[:, 1]), (zero, two[:, 0])],
+        Type.prismatic: [(one[:, 2], zero)],
+        Type.fixed: [],
+    }[case.type]
+    moving = case.pair[1] if case.pair[1] != GROUND else case.pair[0]
+    relative = [case.twist(q, moving, velocity, angular, at) for velocity, angular in free]
+    together = []
+    if case.bodies == 2:
+        rigid = [(e, zero) for e in np.eye(3)] + [(zero, e) for e in np.eye(3)]
+        together = [sum(case.twist(q, body, *motion, at) for body in (0, 1)) for motion in rigid]
+    return np.array(relative + together).reshape(-1, 6 * case.bodies)
+
+
+@every_joint
+@every_pair
+@property_test(50, seed=seeds, free=free_coordinates)
+def test_free_motions_are_those_of_the_joint_and_no_others(kind, pair, seed, free):
+    """B n = 0 for each of them, and as many independent ones as B leaves free."""
+    case = make(kind, pair, seed)
+    q = case.assembled(relative_pose(kind, free))
+    gradient = case.system.constraints(q, np.zeros(6 * case.bodies))[2]
+    motions = free_motions(case, q)
+    assert len(motions) == 6 * case.bodies - EQUATIONS[kind]
+    assert_close(gradient @ motions.T, np.zeros((EQUATIONS[kind], len(motions))), ROUNDING)
+    singular_values = np.linalg.svd(gradient, compute_uv=False)
+    assert singular_values.min() > 0.1  # the equations are independent
+    # y1 and x2, the axes of the cross, are perpendicular: the free motions are independent as well
+    assert np.linalg.matrix_rank(motions) == len(motions)
+    assert_close(gradient @ null_space(motions) @ np.linalg.pinv(gradient @ null_space(motions)), np.eye(len(gradient)), 1e-12)
+
+
+# --- coordinate and motor --------------------------------------------------------------------------------------------
+
+MEASURED = (Type.revolute, Type.prismatic)
+every_measured_joint = pytest.mark.parametrize("kind", MEASURED, ids=lambda t: t.name)
+
+
+@every_measured_joint
+@every_pair
+@property_test(50, seed=seeds, value=st.one_of(st.sampled_from([0.0, 3.14159, -3.14159]), st.floats(-3.14, 3.14)))
+def test_coordinate_is_angle_or_displacement(kind, pair, seed, value):
+    case = make(kind, pair, seed)
+    q = case.assembled(relative_pose(kind, (value, 0, 0)))
+    assert case.system.coordinate(q, np.zeros(6 * case.bodies), 0)[0] == pytest.approx(value, abs=ROUNDING)
+
+
+def moving(case, free):
+    """An assembled joint that moves as it may: q, v."""
+    q = case.assembled(relative_pose(case.type, free))
+    motions = free_motions(case, q)
+    return q, case.rng.uniform(-1, 1, len(motions)) @ motions
+
+
+@every_measured_joint
+@every_pair
+@property_test(50, seed=seeds, value=st.floats(-3.0, 3.0))
+def test_coordinate_rate(kind, pair, seed, value):
+    """Against the difference of the coordinate along a motion that the joint allows."""
+    case = make(kind, pair, seed)
+    q, v = moving(case, (value, 0, 0))
+    assert np.abs(case.system.constraints(q, v)[1]).max() <= ROUNDING
+    expected = derivative(lambda t: case.system.coordinate(case.system.compose(q, t * v), v, 0)[0])
+    assert_close(case.system.coordinate(q, v, 0)[1], expected, DIFFERENCES)
+
+
+@every_pair
+@property_test(25, seed=seeds)
+def test_displacement_rate_anywhere(pair, seed):
+    """The displacement is a smooth function of any configuration."""
+    case = make(Type.prismatic, pair, seed)
+    q, v = random_coordinates(case.rng, case.bodies), case.motion()
+    expected = derivative(lambda t: case.system.coordinate(case.system.compose(q, t * v), v, 0)[0])
+    assert_close(case.system.coordinate(q, v, 0)[1], expected, DIFFERENCES)
+
+
+@every_measured_joint
+@every_pair
+@property_test(50, seed=seeds, value=st.floats(-3.0, 3.0))
+def test_motor_power_is_force_times_rate(kind, pair, seed, value):
+    """Virtual work: what the motor adds to the bodies is its torque (force) times the rate of the coordinate."""
+    case = make(kind, pair, seed)
+    q, v = moving(case, (value, 0, 0))
+    system, zero = case.system, np.zeros(6 * case.bodies)
+    multipliers, inputs = np.zeros(system.constraint_size), np.zeros(system.input_size)
+    without = system.residual(q, v, zero, multipliers, inputs)
+    inputs[system.motor_index(0)] = 7.0
+    force = without - system.residual(q, v, zero, multipliers, inputs)
+    assert_close(force @ v, 7.0 * system.coordinate(q, v, 0)[1], ROUNDING, scale=10)
+
+
+@every_joint
+def test_only_revolute_and_prismatic_joints_have_a_motor(kind):
+    system = make(kind, (GROUND, 0), 1).system
+    assert (system.motor_index(0) >= 0) == (kind in MEASURED)
+    assert system.input_size == 6 + (kind in MEASURED)
+
+
+# --- reaction --------------------------------------------------------------------------------------------------------
+
+
+@every_joint
+@every_pair
+@property_test(50, seed=seeds, free=free_coordinates)
+def test_reaction_is_the_force_on_body_2_and_does_no_work(kind, pair, seed, free):
+    """Force and torque about the joint's origin, in W: their power in any motion of body 2 is -(B v)ᵀλ, and they leave
+    alone what is free."""
+    case = make(kind, pair, seed)
+    q, v = moving(case, free)
+    system = case.system
+    multipliers = case.rng.uniform(-10, 10, system.constraint_size)
+    force, torque = system.reaction(q, v, multipliers, 0)
+    gradient = system.constraints(q, v)[2]
+    assert_close(multipliers @ gradient @ v, 0.0, ROUNDING, scale=10)
+    body = pair[1]
+    if body != GROUND:
+        velocity, angular = case.rng.uniform(-1, 1, (2, 3))
+        twist = case.twist(q, body, velocity, angular, case.origin(q, 1))
+        assert_close(force @ velocity + torque @ angular, -multipliers @ gradient @ twist, ROUNDING, scale=10)
+    one, two = case.axes(q, 0), case.axes(q, 1)
+    if kind == Type.spherical:
+        assert_close(torque, np.zeros(3), ROUNDING, scale=10)
+    if kind == Type.revolute:
+        assert_close(torque @ one[:, 2], 0.0, ROUNDING, scale=10)
+    if kind == Type.universal:
+        assert_close(torque @ np.column_stack([one[:, 1], two[:, 0]]), np.zeros(2), ROUNDING, scale=10)
+    if kind == Type.prismatic:
+        assert_close(force @ one[:, 2], 0.0, ROUNDING, scale=10)
+
+
+# --- frames ----------------------------------------------------------------------------------------------------------
+
+
+@property_test(100, seed=seeds)
+def test_axes_with_z(seed):
+    z = np.random.default_rng(seed).normal(size=3)
+    axes = _core.axes_with_z(3.0 * z)
+    np.testing.assert_allclose(axes.T @ axes, np.eye(3), rtol=0, atol=8 * EPS)
+    assert np.linalg.det(axes) == pytest.approx(1.0, abs=8 * EPS)
+    np.testing.assert_allclose(axes[:, 2], z / np.linalg.norm(z), rtol=0, atol=4 * EPS)
+    np.testing.assert_array_equal(_core.axes_with_z(3.0 * z), axes)
+
+
+@pytest.mark.parametrize("z", [X, Y, Z, -X, -Y, -Z, X + Y, X + Y + Z])
+def test_axes_with_z_along_the_axes_of_the_world(z):
+    axes = _core.axes_with_z(z)
+    np.testing.assert_allclose(axes.T @ axes, np.eye(3), rtol=0, atol=4 * EPS)
+    np.testing.assert_allclose(axes[:, 2], z / np.linalg.norm(z), rtol=0, atol=2 * EPS)
+    assert np.linalg.det(axes) > 0

@@ -1,0 +1,197 @@
+"""What an internal step costs, in the core and through fmi2DoStep, beside Exudyn in the same run.
+
+All candidates run in turn, several rounds; each keeps its fastest round, so that another load on the machine disturbs
+least. Errors are those at the end of the run against the independent minimal-coordinate solution.
+"""
+
+import ctypes
+import platform
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from rich.table import Table
+
+from sigmafmu import SigmafmuError, __version__, _core
+from sigmafmu.fmu import Fmu
+
+FORMULATIONS = {"index3": 1, "index2": 2, "stabilizedIndex2": 3}
+INTERNAL_STEPS_PER_CALL = 10
+"""Internal steps in one fmi2DoStep."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One mechanism at one step size; `point` is the position whose error counts."""
+
+    model: str
+    step_size: float  # s
+    stop_time: float  # s
+    rho_inf: float
+    point: str
+    variants: tuple[tuple[str, float], ...]  # (formulation, σ) to run
+
+
+# Exudyn has its σ built in: the incremental form with half the printed line 6, which acts like σ ≈ 1.5. So each case has
+# the default of the FMU, σ = 1, and a σ near the best for the mechanism.
+CASES = (
+    # ρ∞ = 0.65, since Exudyn's σ scheme fails here from 0.8 on
+    Case("HeavyTop", 1e-4, 0.5, 0.65, "top.position", (("stabilizedIndex2", 1.0), ("index3", 1.0), ("index3", 1.8))),
+    Case("HighSpeedRotor", 1e-5, 0.1, 0.9, "leftSupport.position", (("stabilizedIndex2", 1.0), ("index3", 1.7))),
+    Case("SliderCrank", 1e-3, 1.0, 0.9, "slider.position", (("stabilizedIndex2", 1.0), ("index3", 1.0))),
+)
+
+
+@dataclass
+class Candidate:
+    """One way to simulate a case. `run` returns (seconds per internal step, iterations per step, final position)."""
+
+    label: str
+    run: Callable[[], tuple[float, float, np.ndarray]]
+    peer: bool = False
+    seconds: list[float] = field(default_factory=list)
+    iterations: float = 0.0
+    error: float = np.nan
+
+
+def machine() -> str:
+    """Processor and software that a result belongs to."""
+    cpu = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        cpu = names[0].split(":", 1)[1].strip() if names else cpu
+    return f"{cpu}, {platform.system()}, sigmafmu {__version__}, Exudyn {version('exudyn')}"
+
+
+def _core_run(case: Case, formulation: str, sigma: float) -> tuple[float, float, np.ndarray]:
+    mechanism = _core.mechanism(case.model)
+    mechanism.integrator.step_size = case.step_size
+    mechanism.integrator.spectral_radius = case.rho_inf
+    mechanism.integrator.formulation = FORMULATIONS[formulation]
+    mechanism.integrator.sigma = sigma
+    simulation = _core.Simulation(mechanism)
+    steps = round(case.stop_time / case.step_size)
+    start = perf_counter()
+    simulation.run(case.stop_time, steps)
+    seconds = perf_counter() - start
+    state = simulation.state
+    return seconds / steps, state.counters.newton_iterations / steps, _point_of_state(case, state.q)
+
+
+def _point_of_state(case: Case, q: np.ndarray) -> np.ndarray:
+    """Position of the case's point from the coordinates: 7 numbers for each body."""
+    body = {"top": 0, "slider": 2, "leftSupport": 0}[case.point.split(".")[0]]
+    position = q[7 * body : 7 * body + 3]
+    if case.point.startswith("leftSupport"):
+        position = position + _core.lie.rotation_matrix(q[3:7]) @ np.array([-0.11, 0.0, 0.0])
+    return position
+
+
+def _fmu_run(case: Case, fmu: Fmu, formulation: str, sigma: float) -> tuple[float, float, np.ndarray]:
+    slave = fmu.instantiate()
+    try:
+        names = ["integrator.stepSize", "integrator.spectralRadius", "integrator.sigma"]
+        slave.setReal(fmu.references(names), [case.step_size, case.rho_inf, sigma])
+        slave.setInteger(fmu.references(["integrator.formulation"]), [FORMULATIONS[formulation]])
+        slave.setupExperiment()
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        steps = round(case.stop_time / case.step_size)
+        seconds = _core.time_do_steps(
+            ctypes.cast(slave.dll.fmi2DoStep, ctypes.c_void_p).value,
+            slave.component,
+            0.0,
+            INTERNAL_STEPS_PER_CALL * case.step_size,
+            steps // INTERNAL_STEPS_PER_CALL,
+        )
+        (iterations,) = slave.getInteger(fmu.references(["integrator.newtonIterations"]))
+        position = np.array(slave.getReal(fmu.references([f"{case.point}[{i}]" for i in (1, 2, 3)])))
+        return seconds / INTERNAL_STEPS_PER_CALL, iterations / steps, position
+    finally:
+        slave.freeInstance()
+
+
+def _exudyn_run(case: Case, modified: bool) -> tuple[float, float, np.ndarray]:
+    from sigmafmu.reference.exudyn_models import Settings, simulate
+
+    settings = Settings(
+        case.step_size, rotation="lieGroup", scheme="index3", rho_inf=case.rho_inf, modified_newton=modified
+    )
+    run = simulate(case.model, settings, stop_time=case.stop_time)
+    return run.cpu_time / run.steps, run.newton_iterations / run.steps, np.full(3, np.nan)
+
+
+def _exudyn_error(case: Case, modified: bool, exact: np.ndarray) -> float:
+    """Error of the run that `_exudyn_run` times, which stores nothing."""
+    from sigmafmu.reference.exudyn_models import Settings, simulate
+
+    settings = Settings(
+        case.step_size, rotation="lieGroup", scheme="index3", rho_inf=case.rho_inf, modified_newton=modified
+    )
+    history = simulate(case.model, settings, stop_time=case.stop_time, sample_step=case.stop_time).history
+    return float(np.linalg.norm(_last(history, case.point) - exact))
+
+
+def _last(history: dict[str, np.ndarray], point: str) -> np.ndarray:
+    return np.array([history[f"{point}[{i}]"][-1] for i in (1, 2, 3)])
+
+
+def measure(case: Case, rounds: int, advance: Callable[[], None]) -> list[Candidate]:
+    """All candidates of a case, the peers first; `advance` is called after each run."""
+    from sigmafmu.reference.minimal_coordinates import solve
+
+    fmu = Fmu.of_model(case.model)
+    candidates = [
+        Candidate("Exudyn, σ-modified, index 3, full Newton", lambda: _exudyn_run(case, False), peer=True),
+        Candidate("Exudyn, σ-modified, index 3, modified Newton", lambda: _exudyn_run(case, True), peer=True),
+    ]
+    for formulation, sigma in case.variants:
+        name = f"{formulation}, σ = {sigma:g}"
+        candidates += [
+            Candidate(f"core, {name}", lambda f=formulation, s=sigma: _core_run(case, f, s)),
+            Candidate(f"FMU, {name}", lambda f=formulation, s=sigma: _fmu_run(case, fmu, f, s)),
+        ]
+    exact = _last(solve(case.model, np.array([0.0, case.stop_time])), case.point)
+    for _ in range(rounds):
+        for candidate in candidates:
+            seconds, candidate.iterations, position = candidate.run()
+            candidate.seconds.append(seconds)
+            candidate.error = float(np.linalg.norm(position - exact))
+            advance()
+    for candidate, modified in zip(candidates[:2], (False, True), strict=True):
+        candidate.error = _exudyn_error(case, modified, exact)
+    return candidates
+
+
+def table(case: Case, candidates: list[Candidate]) -> Table:
+    """The result of one case; ratios are against the faster Exudyn run."""
+    best_peer = min(min(c.seconds) for c in candidates if c.peer)
+    result = Table(title=f"{case.model}: h = {case.step_size:g} s, ρ∞ = {case.rho_inf:g}, t = {case.stop_time:g} s")
+    result.add_column("")
+    for name in ("µs per step", "times faster", "iterations", "position error [m]"):
+        result.add_column(name, justify="right")
+    for c in candidates:
+        seconds = min(c.seconds)
+        ratio = "" if c.peer else f"{best_peer / seconds:.1f}"
+        result.add_row(c.label, f"{seconds * 1e6:.2f}", ratio, f"{c.iterations:.2f}", f"{c.error:.1e}")
+    return result
+
+
+def run(rounds: int, advance: Callable[[], None]) -> Iterator[Table]:
+    """Measure all cases."""
+    try:
+        from sigmafmu.reference.exudyn_models import load_exudyn
+    except ModuleNotFoundError as error:
+        raise SigmafmuError("the benchmark needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
+    load_exudyn(fast=True)
+    for case in CASES:
+        yield table(case, measure(case, rounds, advance))
+
+
+def runs(rounds: int) -> int:
+    """How often `run` calls `advance`."""
+    return rounds * sum(2 + 2 * len(case.variants) for case in CASES)
