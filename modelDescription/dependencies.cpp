@@ -39,19 +39,22 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
     slave.set(inputs.data(), inputs.size(), false, values.data());
     if (!slave.do_step(slave.time(), H)) throw std::runtime_error(slave.message());
 
-    for (unsigned input : inputs) {
+    // Rounding is measured against the largest derivative of the same kind: an input that the joints take up entirely
+    // leaves nothing but rounding in all accelerations.
+    std::map<std::pair<std::string, std::string>, double> largest;  // by units of output and input
+    std::vector<std::vector<double>> derivative(inputs.size(), std::vector<double>(outputs.size()));
+    for (std::size_t j = 0; j < inputs.size(); ++j) {
       const double direction = 1.0;
-      std::vector<double> derivative(outputs.size());
-      slave.directional_derivative(outputs.data(), outputs.size(), &input, 1, &direction, derivative.data());
-      std::map<std::string, double> largest;  // by unit
+      slave.directional_derivative(outputs.data(), outputs.size(), &inputs[j], 1, &direction, derivative[j].data());
       for (std::size_t i = 0; i < outputs.size(); ++i) {
-        double& x = largest[variables[outputs[i]].unit];
-        x = std::max(x, std::abs(derivative[i]));
+        double& x = largest[{variables[outputs[i]].unit, variables[inputs[j]].unit}];
+        x = std::max(x, std::abs(derivative[j][i]));
       }
+    }
+    for (std::size_t j = 0; j < inputs.size(); ++j) {
       for (std::size_t i = 0; i < outputs.size(); ++i) {
-        if (std::abs(derivative[i]) > kSignificant * largest[variables[outputs[i]].unit]) {
-          depends[outputs[i]][input] = true;
-        }
+        const double x = largest[{variables[outputs[i]].unit, variables[inputs[j]].unit}];
+        if (std::abs(derivative[j][i]) > kSignificant * x) depends[outputs[i]][inputs[j]] = true;
       }
     }
   }

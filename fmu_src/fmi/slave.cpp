@@ -276,6 +276,10 @@ void Slave::get_output_derivatives(const unsigned* references, std::size_t count
       values[i] += sign * variable.output(displaced, variable.object, variable.component) / (2 * step);
     }
   }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& variable = variables_[references[i]];
+    if (variable.rate) values[i] = variable.rate(view(), variable.object, variable.component);
+  }
 }
 
 void Slave::directional_derivative(const unsigned* outputs, std::size_t output_count, const unsigned* inputs,

@@ -11,6 +11,16 @@ constexpr double kTwoPi = 6.28318530717958647692;
 
 const BodyKinematics& side(const View& view, int body) { return view.system.kinematics(view.evaluation, body); }
 
+Vector3d rotation_vector(const View& view, int body) {
+  return lie::log(lie::quaternion(view.q.data() + kPositionsPerBody * body));
+}
+
+// The rotation vector psi jumps where it is pi long; its rate does not: w_WB_B = T(psi) dpsi/dt.
+double rotation_vector_rate(const View& view, int body, int i) {
+  const Vector3d w_WB_B = view.v.segment<3>(kVelocitiesPerBody * body + 3);
+  return lie::tangent_inverse_times(rotation_vector(view, body), w_WB_B)[i];
+}
+
 Joint::Reaction reaction(const View& view, int j) {
   const Joint& joint = view.system.joint(j);
   return joint.reaction(side(view, joint.body2()), view.evaluation.joints[j],
@@ -63,9 +73,11 @@ class Table {
     for (int i = 0; i < count; ++i) make(i, "[" + std::to_string(i + 1) + "]");
   }
   void outputs(int object, const std::string& name, int count, const char* unit, const char* display,
-               const std::string& description, Output output, bool needs_accelerations = false) {
+               const std::string& description, Output output, bool needs_accelerations = false, Output rate = nullptr) {
     elements(count, [&](int i, const std::string& suffix) {
-      output_scalar(object, name + suffix, unit, display, description, output, needs_accelerations).component = i;
+      Variable& v = output_scalar(object, name + suffix, unit, display, description, output, needs_accelerations);
+      v.component = i;
+      v.rate = rate;
     });
   }
   Variable& output_scalar(int object, const std::string& name, const char* unit, const char* display,
@@ -122,22 +134,26 @@ void Table::body(int b, const std::string& n) {
           [](V v, int o, int i) { return v.q[7 * o + i]; });
   outputs(b, n + ".quaternion", 4, "1", nullptr, "Orientation R_WB as unit quaternion (w, x, y, z)",
           [](V v, int o, int i) { return v.q[7 * o + 3 + i]; });
-  outputs(b, n + ".rotationVector", 3, "rad", "deg", "Orientation R_WB as rotation vector, at most pi long",
-          [](V v, int o, int i) { return lie::log(lie::quaternion(v.q.data() + 7 * o))[i]; });
+  outputs(
+      b, n + ".rotationVector", 3, "rad", "deg", "Orientation R_WB as rotation vector, at most pi long",
+      [](V v, int o, int i) { return rotation_vector(v, o)[i]; }, false, rotation_vector_rate);
   outputs(b, n + ".velocity", 3, "m/s", nullptr, "Velocity of the centre of mass in W",
           [](V v, int o, int i) { return v.v[6 * o + i]; });
   outputs(b, n + ".angularVelocity", 3, "rad/s", "rpm", "Angular velocity in body axes",
           [](V v, int o, int i) { return v.v[6 * o + 3 + i]; });
-  outputs(b, n + ".acceleration", 3, "m/s2", nullptr, "Acceleration of the centre of mass in W",
-          [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
-  outputs(b, n + ".angularAcceleration", 3, "rad/s2", nullptr, "Angular acceleration in body axes",
-          [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
+  outputs(
+      b, n + ".acceleration", 3, "m/s2", nullptr, "Acceleration of the centre of mass in W",
+      [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
+  outputs(
+      b, n + ".angularAcceleration", 3, "rad/s2", nullptr, "Angular acceleration in body axes",
+      [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
   inputs(system_.force_index(b), n + ".force", "N", "Force applied at the centre of mass, in W");
   inputs(system_.force_index(b) + 3, n + ".torque", "N.m", "Torque applied, in body axes");
 
   constexpr auto fixed = Variability::fixed;
-  Variable& mass = parameter(b, n + ".mass", "kg", nullptr, "Mass",
-                             [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; }, fixed);
+  Variable& mass = parameter(
+      b, n + ".mass", "kg", nullptr, "Mass",
+      [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; }, fixed);
   mass.min = 0;
   mass.above_min = true;
   const char* moments[] = {"xx", "yy", "zz"};
@@ -151,19 +167,22 @@ void Table::body(int b, const std::string& n) {
   }
   const char* products[] = {"xy", "xz", "yz"};
   for (int i = 0; i < 3; ++i) {
-    parameter(b, n + ".inertia." + products[i], "kg.m2", nullptr,
-              "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
-              [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
+    parameter(
+        b, n + ".inertia." + products[i], "kg.m2", nullptr,
+        "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
+        [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
         .component = i;
   }
   const std::string projected = ", before projection onto the constraints";
-  parameters(b, n + ".initialPosition", 3, "m", nullptr, "Initial position in W" + projected,
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
-  parameters(b, n + ".initialQuaternion", 4, "1", nullptr,
-             "Initial orientation R_WB (w, x, y, z), normalized" + projected,
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
-  parameters(b, n + ".initialVelocity", 3, "m/s", nullptr, "Initial velocity in W" + projected,
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
+  parameters(
+      b, n + ".initialPosition", 3, "m", nullptr, "Initial position in W" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
+  parameters(
+      b, n + ".initialQuaternion", 4, "1", nullptr, "Initial orientation R_WB (w, x, y, z), normalized" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
+  parameters(
+      b, n + ".initialVelocity", 3, "m/s", nullptr, "Initial velocity in W" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
   parameters(
       b, n + ".initialAngularVelocity", 3, "rad/s", "rpm", "Initial angular velocity in body axes" + projected,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
@@ -180,15 +199,17 @@ void Table::joint(int j, const std::string& n) {
     output_scalar(j, n + ".rate", "m/s", nullptr, "Rate of the displacement", joint_rate);
     input(system_.motor_index(j), n + ".actuatorForce", "N", "Force along the joint axis on the second body");
   }
-  outputs(j, n + ".reactionForce", 3, "N", nullptr, "Force of the joint on the second body, in W",
-          [](const View& v, int o, int i) { return reaction(v, o).force[i]; }, true);
-  outputs(j, n + ".reactionTorque", 3, "N.m", nullptr,
-          "Torque of the joint on the second body about the joint's point on it, in W",
-          [](const View& v, int o, int i) {
-            // exactly zero where the joint has none, not the rounding of a difference
-            return v.system.joint(o).type() == JointType::spherical ? 0.0 : reaction(v, o).torque[i];
-          },
-          joint.type() != JointType::spherical);
+  outputs(
+      j, n + ".reactionForce", 3, "N", nullptr, "Force of the joint on the second body, in W",
+      [](const View& v, int o, int i) { return reaction(v, o).force[i]; }, true);
+  outputs(
+      j, n + ".reactionTorque", 3, "N.m", nullptr,
+      "Torque of the joint on the second body about the joint's point on it, in W",
+      [](const View& v, int o, int i) {
+        // exactly zero where the joint has none, not the rounding of a difference
+        return v.system.joint(o).type() == JointType::spherical ? 0.0 : reaction(v, o).torque[i];
+      },
+      joint.type() != JointType::spherical);
 }
 
 void Table::spring_damper(int s, const std::string& n) {
@@ -198,36 +219,39 @@ void Table::spring_damper(int s, const std::string& n) {
             const BodyKinematics& k = side(v, spring.body2);
             return (k.p_WB + k.R_WB * spring.points.s2)[i];
           });
-  outputs(s, n + ".force", 3, "N", nullptr, "Force of spring and damper (actuator excluded) on the second body, in W",
-          [](const View& v, int o, int i) {
-            return v.system.spring_damper(o).force(v.evaluation.spring_dampers[o])[i];
-          });
+  outputs(
+      s, n + ".force", 3, "N", nullptr, "Force of spring and damper (actuator excluded) on the second body, in W",
+      [](const View& v, int o, int i) { return v.system.spring_damper(o).force(v.evaluation.spring_dampers[o])[i]; });
   inputs(system_.actuator_index(s), n + ".actuatorForce", "N",
          "Actuator force on the attachment point of the second body, in W");
-  parameters(s, n + ".stiffness", 3, "N/m", nullptr, "Stiffness along the axes of W",
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].stiffness[c]; },
-             Variability::tunable, 0);
-  parameters(s, n + ".damping", 3, "N.s/m", nullptr, "Damping along the axes of W",
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].damping[c]; },
-             Variability::tunable, 0);
+  parameters(
+      s, n + ".stiffness", 3, "N/m", nullptr, "Stiffness along the axes of W",
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].stiffness[c]; },
+      Variability::tunable, 0);
+  parameters(
+      s, n + ".damping", 3, "N.s/m", nullptr, "Damping along the axes of W",
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].damping[c]; },
+      Variability::tunable, 0);
 }
 
 void Table::load(int l, const LoadDef& d) {
-  parameters(l, d.name + ".force", 3, "N", nullptr, "Constant force at the centre of mass, in W: " + d.description,
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].force[c]; },
-             Variability::tunable);
-  parameters(l, d.name + ".torque", 3, "N.m", nullptr, "Constant torque, in W: " + d.description,
-             [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].torque[c]; },
-             Variability::tunable);
+  parameters(
+      l, d.name + ".force", 3, "N", nullptr, "Constant force at the centre of mass, in W: " + d.description,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].force[c]; }, Variability::tunable);
+  parameters(
+      l, d.name + ".torque", 3, "N.m", nullptr, "Constant torque, in W: " + d.description,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].torque[c]; }, Variability::tunable);
 }
 
 void Table::global() {
   using V = const View&;
-  parameters(0, "gravity", 3, "m/s2", nullptr, "Gravitational acceleration in W",
-             [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
+  parameters(
+      0, "gravity", 3, "m/s2", nullptr, "Gravitational acceleration in W",
+      [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
   output_scalar(0, "energy.kinetic", "J", nullptr, "Kinetic energy of all bodies",
                 [](V v, int, int) { return v.system.kinetic_energy(v.evaluation); });
-  output_scalar(0, "energy.potential", "J", nullptr, "Potential energy of gravity (zero at the origin of W) and springs",
+  output_scalar(0, "energy.potential", "J", nullptr,
+                "Potential energy of gravity (zero at the origin of W) and springs",
                 [](V v, int, int) { return v.system.potential_energy(v.evaluation); });
   output_scalar(0, "energy.total", "J", nullptr, "Kinetic and potential energy", [](V v, int, int) {
     return v.system.kinetic_energy(v.evaluation) + v.system.potential_energy(v.evaluation);
@@ -247,8 +271,8 @@ void Table::integrator() {
   auto real = [&](const char* name, const char* unit, const char* description, Parameter access) -> Variable& {
     return parameter(0, n + name, unit, nullptr, description, access, fixed);
   };
-  Variable& h = real("stepSize", "s", "Largest internal step",
-                     [](M m, int, int) -> double& { return m.integrator.step_size; });
+  Variable& h =
+      real("stepSize", "s", "Largest internal step", [](M m, int, int) -> double& { return m.integrator.step_size; });
   h.min = 0;
   h.above_min = true;
   Variable& rho = real("spectralRadius", "1", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
@@ -261,8 +285,9 @@ void Table::integrator() {
                             [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
   absolute.min = 0;
   absolute.above_min = true;
-  Variable& relative = real("relativeTolerance", "1", "Newton's method: allowed increment relative to a body's velocity",
-                            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
+  Variable& relative =
+      real("relativeTolerance", "1", "Newton's method: allowed increment relative to a body's velocity",
+           [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
   relative.min = 0;
   relative.max = 1e-2;
 
@@ -287,15 +312,12 @@ void Table::integrator() {
     v.integer = true;
     v.variability = Variability::discrete;
   };
-  counter("steps", "Internal steps since the start", [](const View& v, int, int) -> double {
-    return static_cast<double>(v.state.counters.steps);
-  });
-  counter("newtonIterations", "Newton iterations since the start", [](const View& v, int, int) -> double {
-    return static_cast<double>(v.state.counters.newton_iterations);
-  });
-  counter("jacobianEvaluations", "Iteration matrices made since the start", [](const View& v, int, int) -> double {
-    return static_cast<double>(v.state.counters.jacobian_evaluations);
-  });
+  counter("steps", "Internal steps since the start",
+          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.steps); });
+  counter("newtonIterations", "Newton iterations since the start",
+          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.newton_iterations); });
+  counter("jacobianEvaluations", "Iteration matrices made since the start",
+          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.jacobian_evaluations); });
   counter("retries", "Internal steps repeated with half the step since the start",
           [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.retries); });
 }
@@ -325,8 +347,10 @@ std::string Variable::complaint(double value) const {
   text << "; it must be ";
   if (enumeration) {
     for (std::size_t i = 0; i < enumeration->items.size(); ++i) {
-      text << (i == 0 ? "" : i + 1 == enumeration->items.size() ? " or " : ", ") << i + 1 << " ("
-           << enumeration->items[i].name << ")";
+      text << (i == 0                               ? ""
+               : i + 1 == enumeration->items.size() ? " or "
+                                                    : ", ")
+           << i + 1 << " (" << enumeration->items[i].name << ")";
     }
   } else {
     text << "finite";

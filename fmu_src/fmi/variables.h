@@ -67,6 +67,7 @@ struct Variable {
   // Where the value is: an output is computed by `output`, a parameter lies in a Mechanism, an input in the vector u.
   int object = 0, component = 0;
   double (*output)(const View&, int object, int component) = nullptr;
+  double (*rate)(const View&, int object, int component) = nullptr;  // its time derivative, if the output may jump
   double& (*parameter)(Mechanism&, int object, int component) = nullptr;
   int& (*option)(Mechanism&) = nullptr;  // of an enumeration
   int input = -1;

@@ -6,6 +6,7 @@ A "motion" is an increment on R³×SO(3): x + δx in W, R exp(φ) in B.
 
 from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -199,26 +200,57 @@ def mass_matrix(definition: _core.Multibody) -> np.ndarray:
 JOINT_TYPES = tuple(_core.JointType)
 
 
-def random_mechanism(rng: np.random.Generator, bodies: int = 3, joints: int = 3) -> _core.Multibody:
-    """Bodies in any places, joints and springs between any two of them or the ground, loads, gravity.
+def relative_pose(kind: _core.JointType, free: np.ndarray) -> np.ndarray:
+    """Pose of frame 2 in frame 1 with the joint's free coordinates, and nothing else."""
+    x, y, z = np.eye(3)
+    turn = Rotation.identity()
+    if kind == _core.JointType.spherical:
+        turn = Rotation.from_rotvec(free[:3])
+    elif kind == _core.JointType.revolute:
+        turn = Rotation.from_rotvec(free[0] * z)
+    elif kind == _core.JointType.universal:  # about y of frame 1, then about x of frame 2: y1 stays perpendicular to x2
+        turn = Rotation.from_rotvec(free[0] * y) * Rotation.from_rotvec(free[1] * x)
+    return pose(free[0] * z if kind == _core.JointType.prismatic else np.zeros(3), turn.as_matrix())
 
-    The joints' equations do not hold at random positions; no derivative needs that.
-    """
-    definition = _core.Multibody()
-    definition.gravity = rng.uniform(-10, 10, 3)
+
+@dataclass
+class Tree:
+    """A mechanism without loops, in a configuration q that satisfies its joints' equations."""
+
+    definition: _core.Multibody
+    q: np.ndarray
+    joints: list  # (type, body 1, frame 1, body 2, frame 2)
+    springs: list  # (body 1, point 1, body 2, point 2, stiffness, damping)
+    loads: list  # (body, force, torque)
+
+
+def random_tree(rng: np.random.Generator, bodies: int = 3) -> Tree:
+    """Each body hangs on one before it or on the ground, by a joint of any type; springs, loads and gravity."""
+    tree = Tree(_core.Multibody(), np.zeros(0), [], [], [])
+    tree.definition.gravity = rng.uniform(-10, 10, 3)
+    poses = {GROUND: np.eye(4)}
     for i in range(bodies):
-        definition.add(random_body(rng, f"body{i}"))
-    for i in range(joints):
-        one, two = rng.choice(range(-1, bodies), 2, replace=False)
-        kind = JOINT_TYPES[rng.integers(len(JOINT_TYPES))]
-        definition.add(_core.Joint(f"joint{i}", kind, one, random_frame(rng), two, random_frame(rng)))
+        parent, kind = int(rng.integers(-1, i)), JOINT_TYPES[rng.integers(len(JOINT_TYPES))]
+        one, two = random_frame(rng), random_frame(rng)
+        relative = relative_pose(kind, rng.uniform(-1, 1, 3))
+        joint = (kind, parent, one, i, two)
+        if rng.random() < 0.3:  # the other way round
+            joint, relative = (kind, i, two, parent, one), np.linalg.inv(relative)
+        poses[i] = poses[parent] @ frame_pose(one) @ relative @ np.linalg.inv(frame_pose(two))
+        tree.joints.append(joint)
+        tree.definition.add(random_body(rng, f"body{i}"))
+    tree.q = coordinates(*(poses[i] for i in range(bodies)))
+    for i, joint in enumerate(tree.joints):
+        tree.definition.add(_core.Joint(f"joint{i}", *joint))
     for i in range(3):
-        one, two = rng.choice(range(-1, bodies), 2, replace=False)
+        one, two = (int(k) for k in rng.choice(range(-1, bodies), 2, replace=False))
         points, constants = rng.uniform(-0.5, 0.5, (2, 3)), rng.uniform(0, 20, (2, 3))
-        definition.add(_core.SpringDamper(f"spring{i}", one, points[0], two, points[1], *constants))
+        tree.springs.append((one, points[0], two, points[1], *constants))
+        tree.definition.add(_core.SpringDamper(f"spring{i}", *tree.springs[-1]))
     for i in range(2):
-        definition.add(_core.Load(f"load{i}", rng.integers(bodies), *rng.uniform(-5, 5, (2, 3))))
-    return definition
+        tree.loads.append((int(rng.integers(bodies)), *rng.uniform(-5, 5, (2, 3))))
+        tree.definition.add(_core.Load(f"load{i}", *tree.loads[-1]))
+    return tree
 
 
 # --- runs ------------------------------------------------------------------------------------------------------------

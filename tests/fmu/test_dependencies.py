@@ -4,6 +4,9 @@ Inputs act through accelerations and multipliers, which are affine in them: a di
 inputs are set to large values, which lifts a true dependency far above the rounding of everything else.
 """
 
+import math
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 import pytest
 
@@ -11,7 +14,9 @@ from sigmafmu.fmu import Fmu
 
 from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, real_outputs
 
-POINTS = 4  # of one motion
+LARGE = 1e9  # N or N m: responses exceed all other accelerations and reactions by orders of magnitude
+ROUNDING = 1e4 * EPS  # of a response, against the largest of its kind: the equations' condition times a few digits
+CERTAIN = 1e-6  # a dependency is beyond doubt above this fraction of the largest response of its kind
 
 
 def full_inertias(fmu: Fmu) -> dict[str, float]:
@@ -28,11 +33,10 @@ def full_inertias(fmu: Fmu) -> dict[str, float]:
     return settings
 
 
-def points_of_a_motion(instance: Instance, count: int = POINTS):
+def points_of_a_motion(instance: Instance, count: int = 4) -> Iterator[Instance]:
     """Moves on under arbitrary inputs and stops `count` times, with all inputs at zero."""
-    fmu, rng = instance.fmu, np.random.default_rng(11)
-    H = 0.05 * float(fmu.description.defaultExperiment.stopTime) / count
-    names = inputs(fmu)
+    rng, names = np.random.default_rng(11), inputs(instance.fmu)
+    H = 0.05 * float(instance.fmu.description.defaultExperiment.stopTime) / count
     for _ in range(count):
         instance.set(dict(zip(names, rng.uniform(-1, 1, len(names)), strict=True)))
         instance.step(H)
@@ -40,7 +44,7 @@ def points_of_a_motion(instance: Instance, count: int = POINTS):
         yield instance
 
 
-def differences(instance: Instance, outputs: list[str]) -> np.ndarray:
+def slopes_of_differences(instance: Instance, outputs: list[str]) -> np.ndarray:
     """d(outputs)/d(inputs) at the present point by central differences; rows are outputs."""
     columns = []
     for name in inputs(instance.fmu):
@@ -53,138 +57,168 @@ def differences(instance: Instance, outputs: list[str]) -> np.ndarray:
     return np.array(columns).T
 
 
-LARGE = 1e9  # N or N m; responses exceed all other accelerations and reactions by orders of magnitude
-
-
-def scale_by_unit(fmu: Fmu, names: list[str], values: np.ndarray) -> np.ndarray:
-    """Largest |value| among the rows with the same unit, for each row (and column, if there are any)."""
-    units = np.array([fmu.variables[name].unit for name in names])
-    scale = np.zeros_like(values)
-    for unit in set(units):
-        rows = units == unit
-        scale[rows] = np.abs(values[rows]).max(axis=0)
+def largest_of_kind(fmu: Fmu, outputs: list[str], slopes: np.ndarray) -> np.ndarray:
+    """For every slope the largest |slope| among outputs of its unit and inputs of its unit."""
+    rows, columns = (np.array([fmu.variables[name].unit for name in names]) for names in (outputs, inputs(fmu)))
+    scale = np.zeros_like(slopes)
+    for row in set(rows):
+        for column in set(columns):
+            block = np.ix_(rows == row, columns == column)
+            scale[block] = np.abs(slopes[block]).max()
     return scale
 
 
 def declared_dependencies(fmu: Fmu) -> dict[str, set[str]]:
-    return {
-        unknown.variable.name: {known.name for known in unknown.dependencies}
-        for unknown in fmu.description.outputs
-    }
+    return {unknown.variable.name: {v.name for v in unknown.dependencies} for unknown in fmu.description.outputs}
 
 
 def test_declared_dependencies_are_the_true_ones(new, model):
     instance = new(model)
     fmu = instance.fmu
     instance.start(full_inertias(fmu))
-    outputs, declared = real_outputs(fmu), declared_dependencies(fmu)
-    found: dict[str, set[str]] = {name: set() for name in outputs}
-    undecided = []
+    outputs, names = real_outputs(fmu), inputs(fmu)
+    largest = np.zeros((len(outputs), len(names)))
     for point in points_of_a_motion(instance):
-        slopes = differences(point, outputs)
-        # Rounding of the response itself (n eps) and of the values at zero input, in the units of a slope.
-        rounding = 1e3 * EPS * (scale_by_unit(fmu, outputs, slopes) + np.abs(point.reals(outputs))[:, None] / LARGE)
-        for row, column in zip(*np.nonzero(np.abs(slopes) > rounding), strict=True):
-            found[outputs[row]].add(inputs(fmu)[column])
-            relative = np.abs(slopes[row, column]) / rounding[row, column]
-            if relative < 1e3:
-                undecided.append((outputs[row], inputs(fmu)[column], relative))
-    missing = {name: sorted(found[name] - declared[name]) for name in outputs if found[name] - declared[name]}
-    superfluous = {name: sorted(declared[name] - found[name]) for name in outputs if declared[name] - found[name]}
-    assert missing == {}, f"not far above rounding: {undecided}"
-    assert superfluous == {}
+        slopes = slopes_of_differences(point, outputs)
+        scale = largest_of_kind(fmu, outputs, slopes)
+        largest = np.maximum(largest, np.divide(np.abs(slopes), scale, where=scale > 0, out=np.zeros_like(scale)))
+    assert not ((largest > ROUNDING) & (largest < CERTAIN)).any(), "neither rounding nor a dependency"
+    declared = declared_dependencies(fmu)
+    missing, superfluous = {}, {}
+    for output, row in zip(outputs, largest, strict=True):
+        found = {name for name, value in zip(names, row, strict=True) if value >= CERTAIN}
+        if found - declared[output]:
+            missing[output] = sorted(found - declared[output])
+        if declared[output] - found:
+            superfluous[output] = sorted(declared[output] - found)
+    assert (missing, superfluous) == ({}, {})
 
 
 def test_counters_depend_on_no_input(new, model):
-    instance = new(model)
-    instance.start()
-    declared = declared_dependencies(instance.fmu)
-    for name in integer_outputs(instance.fmu):
-        assert declared[name] == set()
+    instance = new(model).start()
+    counters, declared = integer_outputs(instance.fmu), declared_dependencies(instance.fmu)
+    assert all(declared[name] == set() for name in counters)
     instance.step(1e-3)
-    before = [instance.integer(name) for name in integer_outputs(instance.fmu)]
+    before = [instance.integer(name) for name in counters]
     instance.set(dict.fromkeys(inputs(instance.fmu), 1.0))
     instance.outputs()
-    assert [instance.integer(name) for name in integer_outputs(instance.fmu)] == before
+    assert [instance.integer(name) for name in counters] == before
 
 
-def test_directional_derivatives_are_those_of_central_differences(new, model):
+# --- directional derivatives -----------------------------------------------------------------------------------------
+
+
+def test_directional_derivatives_are_those_of_differences(new, model):
     instance = new(model)
     fmu = instance.fmu
     instance.start(full_inertias(fmu))
     outputs, names = real_outputs(fmu), inputs(fmu)
     rng = np.random.default_rng(3)
     for point in points_of_a_motion(instance):
-        slopes = differences(point, outputs)
-        scale = scale_by_unit(fmu, outputs, slopes) + np.abs(point.reals(outputs))[:, None] / LARGE
+        slopes = slopes_of_differences(point, outputs)
+        scale = largest_of_kind(fmu, outputs, slopes)
         single = np.array([point.directional_derivatives(outputs, {name: 1.0}) for name in names]).T
-        # The equations' matrix amplifies rounding by its condition number, which the largest response shows.
-        assert (np.abs(single - slopes) <= 1e4 * EPS * scale.max(axis=1, keepdims=True)).all()
+        assert (np.abs(single - slopes) <= ROUNDING * scale).all()
         direction = dict(zip(names, rng.uniform(-1, 1, len(names)), strict=True))
         combined = point.directional_derivatives(outputs, direction)
-        tolerance = 1e4 * EPS * scale.max(axis=1) * len(names)
-        assert (np.abs(combined - single @ list(direction.values())) <= tolerance).all()
+        assert (np.abs(combined - single @ list(direction.values())) <= ROUNDING * scale.sum(axis=1)).all()
         assert (point.directional_derivatives(outputs, {}) == 0.0).all()
 
 
 def test_directional_derivatives_exist_during_initialization_and_after_the_end(new, model):
-    """And are the same as in step mode: asking changes nothing."""
-    instance = new(model)
+    """And asking changes nothing."""
+    instance, other = new(model), new(model).start()
     outputs, direction = real_outputs(instance.fmu), dict.fromkeys(inputs(instance.fmu), 1.0)
     instance.slave.enterInitializationMode()
     first = instance.directional_derivatives(outputs, direction)
+    assert np.abs(first).max() > 0
     instance.slave.exitInitializationMode()
     np.testing.assert_array_equal(instance.directional_derivatives(outputs, direction), first)
+    for each in (instance, other):
+        each.step(1e-3)
+    np.testing.assert_array_equal(instance.outputs(), other.outputs())
+    last = instance.directional_derivatives(outputs, direction)
     instance.slave.terminate()
-    np.testing.assert_array_equal(instance.directional_derivatives(outputs, direction), first)
-    assert np.abs(first).max() > 0
+    np.testing.assert_array_equal(instance.directional_derivatives(outputs, direction), last)
 
 
 # --- output derivatives ----------------------------------------------------------------------------------------------
 
 
-def fastest(instance: Instance) -> float:
+def fastest_rotation(instance: Instance) -> float:
     """Largest angular velocity, rad/s, at least 1: the time scale of the motion."""
-    speeds = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
-    return max(1.0, *speeds)
+    return max(1.0, *(np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)))
 
 
-def central_difference(new, model: str, delta: float, rates: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Output derivatives at a point in motion, and the difference of outputs over ± delta around it.
-
-    The internal step is a hundredth of delta: the difference shows the error of the difference formula alone.
-    """
-    instance = new(model)
-    instance.start(full_inertias(instance.fmu) | {"integrator.stepSize": delta / 100})
-    outputs = real_outputs(instance.fmu)
-    values = []
-    for _ in range(2):
-        values.append(instance.reals(outputs))
+def derivative_and_difference(
+    instance: Instance, time: float, delta: float, step: float, rates: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Output derivatives at `time`, and the difference of outputs over ± delta around it."""
+    outputs, values = real_outputs(instance.fmu), []
+    instance.start(full_inertias(instance.fmu) | {"integrator.stepSize": step})
+    for H in (time - delta, delta, delta):
         instance.set_input_derivatives(1, rates)
         if len(values) == 2:
             derivative = instance.output_derivatives(outputs)
-        instance.step(delta)
-    values.append(instance.reals(outputs))
+        instance.step(H)
+        values.append(instance.reals(outputs))
     return derivative, (values[2] - values[0]) / (2 * delta)
+
+
+def largest_by_unit(fmu: Fmu, values: np.ndarray) -> dict[str, float]:
+    units = np.array([fmu.variables[name].unit for name in real_outputs(fmu)])
+    return {unit: np.abs(values[units == unit]).max() for unit in sorted(set(units))}
 
 
 @pytest.mark.parametrize("moving", [False, True], ids=["inputs at rest", "inputs in motion"])
 def test_output_derivatives_are_those_of_the_motion(new, model, moving):
-    """The difference over ± delta differs from the derivative by O(delta²): a factor 4 per halving."""
+    """A difference over ± delta is wrong by O(delta²), its extrapolation to delta = 0 by O(delta⁴).
+
+    The internal step is so small that the differences show nothing of the integrator's error.
+    """
     probe = new(model)
-    scale = fastest(probe.start())
-    rates = {name: 10.0 + i if moving else 0.0 for i, name in enumerate(inputs(probe.fmu))}
-    outputs = real_outputs(probe.fmu)
-    errors = []
-    for delta in (0.02 / scale, 0.01 / scale):
-        derivative, difference = central_difference(new, model, delta, rates)
-        errors.append(np.abs(derivative - difference))
-        size = np.abs(difference)
-    coarse, fine = (scale_by_unit(probe.fmu, outputs, e) for e in errors)
-    largest = scale_by_unit(probe.fmu, outputs, size)
-    # fmi2GetRealOutputDerivatives promises about 1e-8 of the largest value of its kind.
-    significant = fine > 1e-8 * largest
-    assert (fine <= 2e-4 * largest)[largest > 0].all()
-    assert significant.any()
-    observed = orders([coarse[significant], fine[significant]])
-    assert (np.abs(observed - 2.0) <= 0.1).all(), dict(zip(np.array(outputs)[significant], observed[0], strict=True))
+    fmu, scale = probe.fmu, fastest_rotation(probe.start())
+    rates = {name: 1.0 + 0.1 * i if moving else 0.0 for i, name in enumerate(inputs(fmu))}  # N/s, N m/s
+    delta = 0.02 / scale
+    (derivative, coarse), (_, fine) = (
+        derivative_and_difference(new(model), 0.5 / scale, d, delta / 200, rates) for d in (delta, delta / 2)
+    )
+    sizes = largest_by_unit(fmu, derivative)
+    errors = [largest_by_unit(fmu, difference - derivative) for difference in (coarse, fine)]
+    extrapolated = largest_by_unit(fmu, (4 * fine - coarse) / 3 - derivative)
+    assert any(sizes.values())
+    for unit, size in sizes.items():
+        if size == 0.0:
+            assert errors[0][unit] == 0.0, unit
+            continue
+        assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
+        assert extrapolated[unit] <= 1e-6 * size, unit  # (delta · rotation)⁴ = 1.6e-7, times a small factor
+
+
+def test_rotation_vector_has_a_derivative_where_it_jumps(new):
+    """At half a turn it jumps to its negative; its rate, here the spin of the top, does not."""
+    for short_of_half_a_turn in (1e-3, 5e-5, 0.0):
+        half = (math.pi - short_of_half_a_turn) / 2
+        instance = new("HeavyTop").start({"top.initialQuaternion": (math.cos(half), 0, math.sin(half), 0)})
+        psi, omega = instance.get("top.rotationVector"), instance.get("top.angularVelocity")
+        rate = instance.output_derivatives([f"top.rotationVector[{i}]" for i in (1, 2, 3)])
+        assert np.linalg.norm(psi) == pytest.approx(math.pi, abs=2e-3)
+        # d|psi|/dt = psi·omega/|psi|: the component along the axis of rotation is that of the angular velocity.
+        assert rate @ psi == pytest.approx(omega @ psi, rel=1e-13)
+        assert np.linalg.norm(rate) <= 1.6 * np.linalg.norm(omega)  # |T⁻¹| <= pi/2 up to half a turn
+
+
+def test_output_derivatives_follow_a_change_of_inputs_at_once(new, model):
+    """Velocities have the accelerations as derivatives, whatever the inputs have just been set to."""
+    instance = new(model).start()
+    fmu = instance.fmu
+    instance.step(1e-3)
+    for value in (0.0, 3.0):
+        instance.set(dict.fromkeys(inputs(fmu), value))
+        for body in bodies(fmu):
+            for motion, rate in (("velocity", "acceleration"), ("angularVelocity", "angularAcceleration")):
+                expected = instance.get(f"{body}.{rate}")
+                found = instance.output_derivatives(instance.names(f"{body}.{motion}"))
+                # A difference of velocities over 1e-4 / rotation: rounding of the velocities times 1e4.
+                size = np.linalg.norm(instance.get(f"{body}.{motion}")) * fastest_rotation(instance)
+                np.testing.assert_allclose(found, expected, rtol=1e-7, atol=4e4 * EPS * max(1.0, size))

@@ -57,9 +57,16 @@ struct PySystem {
       throw std::invalid_argument("q or v has the wrong size");
     }
   }
+  void check_forces(const VectorXd& lambda, const VectorXd& u) const {
+    if (lambda.size() != system.constraint_size() || u.size() != system.input_size()) {
+      throw std::invalid_argument("lambda or u has the wrong size");
+    }
+  }
   VectorXd residual(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, const VectorXd& lambda,
                     const VectorXd& u) {
     check(q, v);
+    check(q, vdot);
+    check_forces(lambda, u);
     VectorXd r(system.velocity_size());
     system.evaluate(q, v, e);
     system.residual(e, vdot, lambda, u, r);
@@ -85,6 +92,7 @@ struct PySystem {
   }
   nb::tuple linearization(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, const VectorXd& u) {
     check(q, v);
+    check_forces(lambda, u);
     system.evaluate(q, v, e);
     system.linearize(lambda, u, e);
     const int n = system.velocity_size();
@@ -103,6 +111,7 @@ struct PySystem {
   nb::tuple accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     check(q, v);
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
+    check_forces(lambda, u);
     if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
     return nb::make_tuple(vdot, lambda);
   }

@@ -150,18 +150,26 @@ def bench(
     from sigmafmu import bench as benchmark
 
     total = benchmark.runs(rounds)
-    done = 0
     with progress_bar(err, "bench", total, unit="runs") as move_to:
-
-        def advance() -> None:
-            nonlocal done
-            done += 1
-            move_to(done)
-
-        tables = list(benchmark.run(rounds, advance))
+        done = iter(range(1, total + 1))
+        tables = list(benchmark.run(rounds, lambda: move_to(next(done))))
     out.print(benchmark.machine(), soft_wrap=True)
     for table in tables:
         out.print(table)
+
+
+@app.command(epilog="Example: sigmafmu measure --output docs/accuracy.md")
+def measure(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("accuracy.md"),
+) -> None:
+    """Measure orders, errors and energy of all mechanisms (needs the extra `reference`, takes minutes)."""
+    from sigmafmu import measure as measurements
+
+    with progress_bar(err, "measure", measurements.runs(), unit="runs") as move_to:
+        done = iter(range(1, measurements.runs() + 1))
+        text = "".join(measurements.page(lambda: move_to(next(done))))
+    output.write_text(text, encoding="utf-8")
+    out.print(f"wrote {output}", soft_wrap=True)
 
 
 def _split_setting(text: str) -> tuple[str, str]:
