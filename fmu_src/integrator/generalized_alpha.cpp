@@ -311,6 +311,7 @@ double GeneralizedAlpha::scaled_increment(const State& s, int& worst_body) const
         largest = scaled;
         worst_body = i;
       }
+      if (!std::isfinite(scaled)) return scaled;
     }
   }
   return largest;

@@ -98,12 +98,13 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
     system_.evaluate(q, zero_velocity_, evaluation_);
     result.residual = 0;
     for (int j = 0; j < system_.joint_count(); ++j) {
-      const double phi = evaluation_.joints[j].phi.lpNorm<Eigen::Infinity>();
-      if (!(phi <= result.residual)) result.residual = phi, result.worst_joint = j;
+      const JointVector& phi = evaluation_.joints[j].phi;
+      const double largest = phi.allFinite() ? phi.lpNorm<Eigen::Infinity>() : INFINITY;  // the norm may drop a NaN
+      if (largest > result.residual) result.residual = largest, result.worst_joint = j;
     }
     const double scale = 1.0 + q.lpNorm<Eigen::Infinity>();
-    const bool reached = result.residual <= kReached * scale;
-    if (result.residual <= kRounding * scale || (reached && result.residual >= 0.5 * previous)) return result;
+    const bool reached = std::isfinite(result.residual) && result.residual <= kReached * scale;
+    if (reached && (result.residual <= kRounding * scale || result.residual >= 0.5 * previous)) return result;
     result.possible = reached;
     if (result.iterations == kMaxIterations || !std::isfinite(result.residual) || !factorize()) return result;
     previous = result.residual;

@@ -18,6 +18,12 @@ template <typename... Parts>
   throw std::invalid_argument(message.str());
 }
 
+void require_finite(const std::string& name, const Vector3d& x, const char* unit) {
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(x[i])) fail(name, "[", i + 1, "] is ", x[i], " ", unit, "; it must be finite.");
+  }
+}
+
 bool is_rotation(const Matrix3d& R) {
   return (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && R.determinant() > 0;
 }
@@ -45,6 +51,9 @@ void validate_body(const RigidBodyDef& b) {
     fail(b.name, ".initialQuaternion has the length ", b.initial_quaternion.norm(),
          "; it must be finite and at least 1e-6 (it is normalized).");
   }
+  require_finite(b.name + ".initialPosition", b.initial_position, "m");
+  require_finite(b.name + ".initialVelocity", b.initial_velocity, "m/s");
+  require_finite(b.name + ".initialAngularVelocity", b.initial_angular_velocity, "rad/s");
 }
 
 }  // namespace
@@ -88,20 +97,27 @@ void validate(const MultibodyDef& d) {
     }
     if (body1 == body2) fail(name, " connects body ", body1, " with itself; it must connect two bodies.");
   };
+  require_finite("gravity", d.gravity, "m/s2");
   for (const RigidBodyDef& b : d.bodies) validate_body(b);
   for (const JointDef& j : d.joints) {
     check_pair(j.name, j.body1, j.body2);
     if (!is_rotation(j.frame1.axes) || !is_rotation(j.frame2.axes)) {
       fail(j.name, " has frame axes that are not orthonormal and right-handed.");
     }
+    require_finite(j.name + ".frame1.origin", j.frame1.origin, "m");
+    require_finite(j.name + ".frame2.origin", j.frame2.origin, "m");
   }
   for (const SpringDamperDef& s : d.spring_dampers) {
     check_pair(s.name, s.body1, s.body2);
+    require_finite(s.name + ".point1", s.point1, "m");
+    require_finite(s.name + ".point2", s.point2, "m");
+    require_finite(s.name + ".stiffness", s.stiffness, "N/m");
+    require_finite(s.name + ".damping", s.damping, "N.s/m");
     for (int i = 0; i < 3; ++i) {
-      if (!(s.stiffness[i] >= 0)) {
+      if (s.stiffness[i] < 0) {
         fail(s.name, ".stiffness[", i + 1, "] is ", s.stiffness[i], " N/m; it must not be negative.");
       }
-      if (!(s.damping[i] >= 0)) {
+      if (s.damping[i] < 0) {
         fail(s.name, ".damping[", i + 1, "] is ", s.damping[i], " N.s/m; it must not be negative.");
       }
     }
@@ -110,6 +126,8 @@ void validate(const MultibodyDef& d) {
     if (load.body < 0 || load.body >= n) {
       fail(load.name, " acts on body ", load.body, "; allowed are 0 to ", n - 1, ".");
     }
+    require_finite(load.name + ".force", load.force, "N");
+    require_finite(load.name + ".torque", load.torque, "N.m");
   }
 }
 

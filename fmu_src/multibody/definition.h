@@ -91,8 +91,8 @@ struct MultibodyDef {
 };
 
 // Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: mass and
-// inertia that no rigid body can have, a zero quaternion, negative stiffness, unknown bodies, axes that are no
-// rotation.
+// inertia that no rigid body can have, a zero quaternion, negative stiffness, numbers that are not finite, unknown
+// bodies, axes that are no rotation.
 void validate(const MultibodyDef& definition);
 
 }  // namespace sigmafmu

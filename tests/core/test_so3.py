@@ -182,7 +182,9 @@ def test_log_takes_the_short_way_round():
         quaternion = lie.exp(theta)
         if abs(quaternion[0]) > 1e-9:
             np.testing.assert_array_equal(lie.log(-quaternion), lie.log(quaternion))
-    np.testing.assert_allclose(lie.log(lie.exp((np.pi + 1e-3) * AXES[2])), -(np.pi - 1e-3) * AXES[2], atol=4 * EPS * np.pi)
+    np.testing.assert_allclose(
+        lie.log(lie.exp((np.pi + 1e-3) * AXES[2])), -(np.pi - 1e-3) * AXES[2], atol=4 * EPS * np.pi
+    )
     np.testing.assert_array_equal(lie.log(np.array([1.0, 0, 0, 0])), np.zeros(3))
     np.testing.assert_array_equal(np.abs(lie.log(np.array([-1.0, 0, 0, 0]))), np.zeros(3))
 
@@ -202,7 +204,9 @@ def check_tangent(theta, c):
     np.testing.assert_allclose(
         lie.tangent_inverse_times(theta, c), rounded(inverse * exact(c)), rtol=0, atol=atol * growth * size(c)
     )
-    np.testing.assert_allclose(lie.tangent(theta) @ lie.tangent_inverse(theta), np.eye(3), rtol=0, atol=4 * atol * growth)
+    np.testing.assert_allclose(
+        lie.tangent(theta) @ lie.tangent_inverse(theta), np.eye(3), rtol=0, atol=4 * atol * growth
+    )
     np.testing.assert_allclose(lie.tangent_times(theta, theta), theta, rtol=0, atol=4 * EPS * size(theta))
     np.testing.assert_allclose(
         lie.tangent_inverse_times(theta, theta), theta, rtol=0, atol=4 * EPS * growth * size(theta)
@@ -345,5 +349,7 @@ def test_quaternion_stays_unit_and_accurate_over_a_million_compositions():
 
 def test_square_of_the_smallest_angles_may_underflow():
     assert exact_square(exact([1e-300, 0, 0])) > 0
-    np.testing.assert_array_equal(lie.tangent(np.array([1e-300, 0, 0])), np.eye(3) - 0.5 * lie.hat(np.array([1e-300, 0, 0])))
+    np.testing.assert_array_equal(
+        lie.tangent(np.array([1e-300, 0, 0])), np.eye(3) - 0.5 * lie.hat(np.array([1e-300, 0, 0]))
+    )
     assert (rounded(exact_hat(exact(AXES[0]))) == lie.hat(AXES[0])).all()

@@ -1,5 +1,7 @@
 """The assembled equations of motion: derivatives, accelerations, energy, projections, messages."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -101,7 +103,7 @@ def test_accelerations_satisfy_the_equations_of_motion(seed):
     assert_close(rate, np.zeros_like(phi), 100 * EPS)
     force = np.abs(gradient.T @ multipliers).max(initial=1.0)
     assert_close(system.residual(tree.q, v, vdot, multipliers, inputs), np.zeros_like(v), KKT, force)
-    assert_close(gradient @ vdot, -rate_gradient @ v, KKT, np.abs(vdot).max())
+    assert_close(gradient @ vdot, -rate_gradient @ v, KKT, force)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -198,7 +200,9 @@ def test_dependent_constraints_are_refused():
         system.accelerations(q, np.zeros(6), np.zeros(system.input_size))
     mechanism = _core.Mechanism()
     mechanism.multibody = definition
-    with pytest.raises(RuntimeError, match=r"joints' equations are dependent at the initial position: remove redundant"):
+    with pytest.raises(
+        RuntimeError, match=r"joints' equations are dependent at the initial position: remove redundant"
+    ):
         _core.Simulation(mechanism)
 
 
@@ -283,12 +287,13 @@ def test_a_mechanism_that_cannot_be_assembled_is_refused():
         _core.System(two_pendulum_ends(1.5).multibody).project_positions(np.array([0.1, 0.2, 0.3, 1, 0, 0, 0]))
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_positions_that_are_not_finite_are_refused(value):
-    mechanism = _core.mechanism("HeavyTop")
-    mechanism.multibody.body(0).initial_position = np.array([0.0, value, 0.0])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("index", range(3))
+def test_positions_that_are_not_finite_are_not_assembled(index, value):
+    q = np.array([0.0, 1, 0, 1, 0, 0, 0])
+    q[index] = value
     with pytest.raises(RuntimeError, match="cannot be assembled"):
-        _core.Simulation(mechanism)
+        _core.System(_core.mechanism("HeavyTop").multibody).project_positions(q)
 
 
 def test_initial_values_are_moved_onto_the_constraints():
@@ -343,8 +348,12 @@ def with_spring(one, two, stiffness=(1.0, 1.0, 1.0), damping=(1.0, 1.0, 1.0)):
     return change
 
 
-def with_load(body):
-    return lambda definition: definition.add(_core.Load("push", body, np.zeros(3), np.zeros(3)))
+def with_load(body, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)):
+    return lambda definition: definition.add(_core.Load("push", body, np.array(force), np.array(torque)))
+
+
+def with_gravity(*gravity):
+    return lambda definition: setattr(definition, "gravity", np.array(gravity))
 
 
 LEFT_HANDED = _core.Frame(np.zeros(3), np.diag([1.0, 1.0, -1.0]))
@@ -414,12 +423,39 @@ REFUSED = {
     ),
     "stiffness nan": (
         with_spring(0, 1, stiffness=(1.0, 1.0, np.nan)),
-        "bumper.stiffness[3] is nan N/m; it must not be negative.",
+        "bumper.stiffness[3] is nan N/m; it must be finite.",
     ),
     "negative damping": (
         with_spring(0, 1, damping=(-0.1, 0.0, 0.0)),
         "bumper.damping[1] is -0.10000000000000001 N.s/m; it must not be negative.",
     ),
+    "infinite stiffness": (
+        with_spring(0, 1, stiffness=(np.inf, 1.0, 1.0)),
+        "bumper.stiffness[1] is inf N/m; it must be finite.",
+    ),
+    "damping nan": (
+        with_spring(0, 1, damping=(0.0, np.nan, 0.0)),
+        "bumper.damping[2] is nan N.s/m; it must be finite.",
+    ),
+    "gravity nan": (with_gravity(0.0, 0.0, np.nan), "gravity[3] is nan m/s2; it must be finite."),
+    "position nan": (
+        with_body(initial_position=[0.0, np.nan, 0.0]),
+        "bob.initialPosition[2] is nan m; it must be finite.",
+    ),
+    "infinite velocity": (
+        with_body(initial_velocity=[-np.inf, 0.0, 0.0]),
+        "bob.initialVelocity[1] is -inf m/s; it must be finite.",
+    ),
+    "angular velocity nan": (
+        with_body(initial_angular_velocity=[0.0, 0.0, np.nan]),
+        "bob.initialAngularVelocity[3] is nan rad/s; it must be finite.",
+    ),
+    "origin nan": (
+        with_joint(0, FRAME, 1, _core.Frame(np.array([0, np.nan, 0]), np.eye(3))),
+        "pin.frame2.origin[2] is nan m; it must be finite.",
+    ),
+    "infinite force": (with_load(1, force=[0.0, np.inf, 0.0]), "push.force[2] is inf N; it must be finite."),
+    "torque nan": (with_load(1, torque=[np.nan, 0.0, 0.0]), "push.torque[1] is nan N.m; it must be finite."),
     "load on no body": (with_load(2), "push acts on body 2; allowed are 0 to 1."),
     "load on the ground": (with_load(GROUND), "push acts on body -1; allowed are 0 to 1."),
 }
@@ -437,9 +473,8 @@ def test_bad_definitions_are_refused_with_one_sentence(spoil, message):
     mechanism = _core.Mechanism()
     mechanism.multibody = definition
     for use in (definition.validate, lambda: _core.System(definition), lambda: _core.Simulation(mechanism)):
-        with pytest.raises(ValueError, match="") as refused:
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             use()
-        assert str(refused.value) == message
 
 
 def test_a_mechanism_without_bodies_is_refused():

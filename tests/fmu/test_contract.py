@@ -406,7 +406,14 @@ def test_guid_is_the_hash_of_the_file_without_it(xml, fmu, model, new):
 
 CO_SIMULATION_FUNCTIONS = {
     "fmi2" + name
-    for name in ["GetTypesPlatform", "GetVersion", "SetDebugLogging", "Instantiate", "FreeInstance", "SetupExperiment", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "GetReal", "GetInteger", "GetBoolean", "GetString", "SetReal", "SetInteger", "SetBoolean", "SetString", "GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate", "DeSerializeFMUstate", "GetDirectionalDerivative", "SetRealInputDerivatives", "GetRealOutputDerivatives", "DoStep", "CancelStep", "GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"]
+    for name in re.findall(
+        r"\w+",
+        """GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
+        EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal
+        SetInteger SetBoolean SetString GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate
+        DeSerializeFMUstate GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep
+        GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus""",
+    )
 }
 
 

@@ -1,7 +1,7 @@
 """ModelStructure against the FMU itself: what each output really depends on, and its derivatives.
 
-Inputs act through accelerations and multipliers, which are affine in them: a difference over any length is exact. So the
-inputs are set to large values, which lifts a true dependency far above the rounding of everything else.
+Inputs act through accelerations and multipliers, which are affine in them: a difference over any length is exact. So
+the inputs are set to large values, which lifts a true dependency far above the rounding of everything else.
 """
 
 import math

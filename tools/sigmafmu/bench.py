@@ -6,17 +6,19 @@ least. Errors are those at the end of the run against the independent minimal-co
 
 import ctypes
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from rich import box
 from rich.table import Table
 
 from sigmafmu import SigmafmuError, __version__, _core
 from sigmafmu.fmu import Fmu
+from sigmafmu.markdown import markdown_table
 
 FORMULATIONS = {"index3": 1, "index2": 2, "stabilizedIndex2": 3}
 INTERNAL_STEPS_PER_CALL = 10
@@ -35,8 +37,8 @@ class Case:
     variants: tuple[tuple[str, float], ...]  # (formulation, σ) to run
 
 
-# Exudyn has its σ built in: the incremental form with half the printed line 6, which acts like σ ≈ 1.5. So each case has
-# the default of the FMU, σ = 1, and a σ near the best for the mechanism.
+# Exudyn has its σ built in: the incremental form with half the printed line 6, which acts like σ ≈ 1.5. So each case
+# has the default of the FMU, σ = 1, and a σ near the best for the mechanism.
 CASES = (
     # ρ∞ = 0.65, since Exudyn's σ scheme fails here from 0.8 on
     Case("HeavyTop", 1e-4, 0.5, 0.65, "top.position", (("stabilizedIndex2", 1.0), ("index3", 1.0), ("index3", 1.8))),
@@ -167,29 +169,55 @@ def measure(case: Case, rounds: int, advance: Callable[[], None]) -> list[Candid
     return candidates
 
 
-def table(case: Case, candidates: list[Candidate]) -> Table:
-    """The result of one case; ratios are against the faster Exudyn run."""
+def rows(candidates: list[Candidate]) -> list[list[str]]:
+    """Label, µs per step, times faster than the faster Exudyn run, iterations per step, position error in m."""
     best_peer = min(min(c.seconds) for c in candidates if c.peer)
-    result = Table(title=f"{case.model}: h = {case.step_size:g} s, ρ∞ = {case.rho_inf:g}, t = {case.stop_time:g} s")
-    result.add_column("")
-    for name in ("µs per step", "times faster", "iterations", "position error [m]"):
-        result.add_column(name, justify="right")
-    for c in candidates:
-        seconds = min(c.seconds)
-        ratio = "" if c.peer else f"{best_peer / seconds:.1f}"
-        result.add_row(c.label, f"{seconds * 1e6:.2f}", ratio, f"{c.iterations:.2f}", f"{c.error:.1e}")
+    return [
+        [
+            c.label,
+            f"{min(c.seconds) * 1e6:.2f}",
+            "" if c.peer else f"{best_peer / min(c.seconds):.1f}",
+            f"{c.iterations:.2f}",
+            f"{c.error:.1e}",
+        ]
+        for c in candidates
+    ]
+
+
+HEADER = ("", "µs per step", "times faster", "iterations", "position error [m]")
+
+
+def title(case: Case) -> str:
+    """What was run."""
+    return f"{case.model}: h = {case.step_size:g} s, ρ∞ = {case.rho_inf:g}, t = {case.stop_time:g} s"
+
+
+def table(case: Case, candidates: list[Candidate]) -> Table:
+    """The result of one case for the terminal."""
+    result = Table(title=title(case), box=box.SIMPLE_HEAD, title_justify="left")
+    for i, name in enumerate(HEADER):
+        result.add_column(name, justify="right" if i else "left")
+    for row in rows(candidates):
+        result.add_row(*row)
     return result
 
 
-def run(rounds: int, advance: Callable[[], None]) -> Iterator[Table]:
+def page(results: list[tuple[Case, list[Candidate]]]) -> str:
+    """The result of all cases as a Markdown page."""
+    parts = [f"# Cost of an internal step\n\n{__doc__.split(chr(10), 2)[2].strip()}\n\n{machine()}.\n"]
+    for case, candidates in results:
+        parts.append(f"\n## {title(case)}\n\n{markdown_table(HEADER, rows(candidates))}")
+    return "".join(parts)
+
+
+def run(rounds: int, advance: Callable[[], None]) -> list[tuple[Case, list[Candidate]]]:
     """Measure all cases."""
     try:
         from sigmafmu.reference.exudyn_models import load_exudyn
     except ModuleNotFoundError as error:
         raise SigmafmuError("the benchmark needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
     load_exudyn(fast=True)
-    for case in CASES:
-        yield table(case, measure(case, rounds, advance))
+    return [(case, measure(case, rounds, advance)) for case in CASES]
 
 
 def runs(rounds: int) -> int:

@@ -142,9 +142,10 @@ def demo(
         out.print(f"wrote {file}", soft_wrap=True)
 
 
-@app.command(epilog="Example: sigmafmu bench --rounds 10")
+@app.command(epilog="Example: sigmafmu bench --rounds 10 --output docs/speed.md")
 def bench(
     rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
+    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
 ) -> None:
     """Time an internal step of every mechanism beside Exudyn's (needs the extra `reference`)."""
     from sigmafmu import bench as benchmark
@@ -152,10 +153,12 @@ def bench(
     total = benchmark.runs(rounds)
     with progress_bar(err, "bench", total, unit="runs") as move_to:
         done = iter(range(1, total + 1))
-        tables = list(benchmark.run(rounds, lambda: move_to(next(done))))
+        results = benchmark.run(rounds, lambda: move_to(next(done)))
     out.print(benchmark.machine(), soft_wrap=True)
-    for table in tables:
-        out.print(table)
+    for case, candidates in results:
+        out.print(benchmark.table(case, candidates))
+    if output:
+        _write_text(output, benchmark.page(results))
 
 
 @app.command(epilog="Example: sigmafmu measure --output docs/accuracy.md")
@@ -168,8 +171,15 @@ def measure(
     with progress_bar(err, "measure", measurements.runs(), unit="runs") as move_to:
         done = iter(range(1, measurements.runs() + 1))
         text = "".join(measurements.page(lambda: move_to(next(done))))
-    output.write_text(text, encoding="utf-8")
-    out.print(f"wrote {output}", soft_wrap=True)
+    _write_text(output, text)
+
+
+def _write_text(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
+    out.print(f"wrote {path}", soft_wrap=True)
 
 
 def _split_setting(text: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from sigmafmu import __version__, _core
+from sigmafmu.markdown import markdown_table
 from sigmafmu.reference.minimal_coordinates import solve
 
 INDEX3, INDEX2, STABILIZED = 1, 2, 3
@@ -119,11 +120,6 @@ def energy_error(model: str, rho_inf: float, formulation: int, stop_time: float 
     return float(deviation[:half].max()), float(deviation[half:].max())
 
 
-def _table(header: Sequence[str], rows: Rows) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
-
-
 def _number(x: float) -> str:
     return "fails" if np.isnan(x) else f"{x:.1e}"
 
@@ -137,7 +133,7 @@ def orders_section(advance: Advance) -> str:
             rows.append([model, f"{rho:g}", *("–" if np.isnan(x) else f"{x:.2f}" for x in found)])
             advance()
     text = "Stabilized index 2, σ = 1, residual corrector; largest error over the run, three halvings of h.\n\n"
-    return text + _table(["mechanism", "ρ∞", "position", "velocity", "multipliers"], rows)
+    return text + markdown_table(["mechanism", "ρ∞", "position", "velocity", "multipliers"], rows)
 
 
 def heavy_top_section(advance: Advance) -> str:
@@ -162,7 +158,7 @@ def heavy_top_section(advance: Advance) -> str:
         rows.append([label, *map(_number, values)])
         advance()
     text = "HeavyTop, ρ∞ = 0.9, h = 2.5e-4 s: error of the position at 1 s in m.\n\n"
-    return text + _table(["scheme", *FORMULATION_NAMES.values()], rows)
+    return text + markdown_table(["scheme", *FORMULATION_NAMES.values()], rows)
 
 
 def robustness_section(advance: Advance) -> str:
@@ -174,7 +170,7 @@ def robustness_section(advance: Advance) -> str:
         rows.append([f"{rho:g}", *map(_number, values)])
         advance()
     text = "HeavyTop, stabilized index 2, σ = 1: error of the position at 1 s in m.\n\n"
-    return text + _table(["ρ∞", *(f"h = {h:g} s" for h in steps)], rows)
+    return text + markdown_table(["ρ∞", *(f"h = {h:g} s" for h in steps)], rows)
 
 
 def rotor_section(advance: Advance) -> str:
@@ -186,7 +182,7 @@ def rotor_section(advance: Advance) -> str:
         rows.append([f"{sigma:g}", *map(_number, values)])
         advance()
     text = "HighSpeedRotor, ρ∞ = 0.9: error of the right bearing's position at 0.2 s in m.\n\n"
-    return text + _table(["σ", *(f"h = {h:g} s" for h in steps)], rows)
+    return text + markdown_table(["σ", *(f"h = {h:g} s" for h in steps)], rows)
 
 
 def slider_crank_section(advance: Advance) -> str:
@@ -205,12 +201,15 @@ def slider_crank_section(advance: Advance) -> str:
             phi = max(phi, np.abs(residuals[0]).max())
             phidot = max(phidot, np.abs(residuals[1]).max())
         rows.append(
-            [f"0 … {stop_time:g} s", *map(_number, (position, velocity, multipliers / largest, float(phi), float(phidot)))]
+            [
+                f"0 … {stop_time:g} s",
+                *map(_number, (position, velocity, multipliers / largest, float(phi), float(phidot))),
+            ]
         )
         advance()
     text = "SliderCrank, stabilized index 2, σ = 1, ρ∞ = 0.9, h = 1e-4 s: largest values over the run.\n\n"
     header = ["run", "position [m]", "velocity [m/s]", "joint forces, relative", "Φ", "dΦ/dt"]
-    return text + _table(header, rows)
+    return text + markdown_table(header, rows)
 
 
 def energy_section(advance: Advance) -> str:
@@ -226,7 +225,7 @@ def energy_section(advance: Advance) -> str:
         "(h = 1e-3 s for HeavyTop, 5e-4 s for SliderCrank). At ρ∞ = 1 nothing damps the multipliers of index 3: they\n"
         "grow until a step fails, which is why the FMU warns of that combination.\n\n"
     )
-    return text + _table(["mechanism", "formulation", "ρ∞", "0 … 10 s", "10 … 20 s"], rows)
+    return text + markdown_table(["mechanism", "formulation", "ρ∞", "0 … 10 s", "10 … 20 s"], rows)
 
 
 SECTIONS: dict[str, tuple[Callable[[Advance], str], int]] = {
@@ -246,8 +245,8 @@ def runs() -> int:
 
 def page(advance: Advance) -> Iterator[str]:
     """The parts of the Markdown page."""
-    yield "# Measured accuracy\n"
-    yield f"Written by `sigmafmu measure`, sigmafmu {__version__}. Errors are against independent solutions in minimal\n"
-    yield "coordinates (`tools/sigmafmu/reference/minimal_coordinates.py`), whose own error is below 1e-9 of the values.\n"
+    yield f"# Measured accuracy\n\nWritten by `sigmafmu measure`, sigmafmu {__version__}. Errors are against independent\n"
+    yield "solutions in minimal coordinates (`tools/sigmafmu/reference/minimal_coordinates.py`), whose own error is below\n"
+    yield "1e-9 of the values.\n"
     for title, (section, _) in SECTIONS.items():
         yield f"\n## {title}\n\n{section(advance)}"
