@@ -245,8 +245,8 @@ def runs() -> int:
 
 def page(advance: Advance) -> Iterator[str]:
     """The parts of the Markdown page."""
-    yield f"# Measured accuracy\n\nWritten by `sigmafmu measure`, sigmafmu {__version__}. Errors are against independent\n"
-    yield "solutions in minimal coordinates (`tools/sigmafmu/reference/minimal_coordinates.py`), whose own error is below\n"
-    yield "1e-9 of the values.\n"
+    yield f"# Measured accuracy\n\nWritten by `sigmafmu measure`, sigmafmu {__version__}.\n"
+    yield "Errors are against independent solutions in minimal coordinates\n"
+    yield "(`tools/sigmafmu/reference/minimal_coordinates.py`), whose own error is below 1e-9 of the values.\n"
     for title, (section, _) in SECTIONS.items():
         yield f"\n## {title}\n\n{section(advance)}"
