@@ -382,7 +382,8 @@ void Slave::describe_failure(const StepFailure& f) {
   text.precision(10);
   const char* body = f.body >= 0 ? mechanism_.multibody.bodies[f.body].name.c_str() : "";
   text << "The internal step to t = " << f.time << " s failed even with a step size of " << f.step_size << " s: ";
-  switch (f.reason) {
+  const bool finite = std::isfinite(f.measure);
+  switch (finite ? f.reason : StepFailure::Reason::not_finite) {
     case StepFailure::Reason::rotation:
       text << "body " << body << " would turn by " << f.measure << " rad in it, less than pi is allowed";
       break;

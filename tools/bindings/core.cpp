@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "fmi/variables.h"
 #include "integrator/generalized_alpha.h"
 #include "mechanism.h"
 #include "mechanisms.h"
@@ -225,6 +226,54 @@ double time_do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / n;
 }
 
+// Sets a parameter by its FMU name, with the FMU's checks.
+void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
+  for (const Variable& v : make_variables(mechanism, System(mechanism.multibody))) {
+    if (v.name != name) continue;
+    if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
+    const std::string complaint = v.complaint(value);
+    if (!complaint.empty()) throw std::invalid_argument(complaint);
+    v.set_value(mechanism, value);
+    return;
+  }
+  throw std::invalid_argument(mechanism.name + " has no variable " + name);
+}
+
+// The real outputs of a mechanism's FMU as functions of (q, v, u).
+struct PyOutputs {
+  explicit PyOutputs(const Mechanism& m)
+      : system((validate(m.multibody), m.multibody)), solver(system), e(system.make_evaluation()) {
+    state.angle.setZero(system.joint_count());
+    for (const Variable& v : make_variables(m, system)) {
+      if (v.output && !v.integer) variables.push_back(v);
+      if (v.input >= 0) inputs.push_back(v.name);
+    }
+  }
+  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
+    VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
+    if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
+    system.evaluate(q, v, e);
+    const View view{system, state, q, v, e, vdot, lambda};
+    VectorXd y(static_cast<Eigen::Index>(variables.size()));
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
+    }
+    return y;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> result;
+    for (const Variable& v : variables) result.push_back(v.name);
+    return result;
+  }
+
+  System system;
+  ConsistentSolver solver;
+  Evaluation e;
+  State state;
+  std::vector<Variable> variables;
+  std::vector<std::string> inputs;
+};
+
 void bind_definitions(nb::module_& m) {
   m.attr("GROUND") = kGround;
   nb::enum_<JointType>(m, "JointType")
@@ -302,7 +351,8 @@ void bind_definitions(nb::module_& m) {
       .def_rw("description", &Mechanism::description)
       .def_rw("multibody", &Mechanism::multibody)
       .def_rw("integrator", &Mechanism::integrator)
-      .def_rw("stop_time", &Mechanism::stop_time);
+      .def_rw("stop_time", &Mechanism::stop_time)
+      .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("axes_with_z", &axes_with_z, "z"_a);
   m.def("mechanisms", [] {
     std::vector<std::string> names;
@@ -357,6 +407,11 @@ NB_MODULE(_core, m) {
       .def("project_positions", &PySystem::project_positions, "q"_a)
       .def("project_velocities", &PySystem::project_velocities, "q"_a, "v"_a);
 
+  nb::class_<PyOutputs>(m, "Outputs", "Real outputs of a mechanism's FMU as functions of (q, v, u); angles without turns.")
+      .def(nb::init<const Mechanism&>())
+      .def_prop_ro("names", &PyOutputs::names)
+      .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")
+      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a);
   nb::class_<StepCounters>(m, "StepCounters")
       .def_ro("steps", &StepCounters::steps)
       .def_ro("newton_iterations", &StepCounters::newton_iterations)
