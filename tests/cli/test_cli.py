@@ -46,7 +46,7 @@ def test_version():
     assert succeed("--version") == f"sigmafmu {sigmafmu.__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["", "list", "info", "path", "run", "demo"])
+@pytest.mark.parametrize("command", ["", *(c.name or c.callback.__name__ for c in app.registered_commands)])
 def test_every_help_has_an_example(command):
     assert "Example: sigmafmu" in succeed(f"{command} --help")
 
@@ -171,3 +171,20 @@ def test_mistakes_are_explained_in_one_line(options, parts, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     message = fail(f"{SHORT} {options}")
     assert all(part in message for part in parts), message
+
+
+def test_realtime_keeps_the_pace(tmp_path):
+    png = tmp_path / "latency.png"
+    assert "HeavyTop at 200 Hz: 100 steps" in succeed(f"realtime HeavyTop --rate 200 --duration 0.5 --plot {png}")
+    assert png.read_bytes().startswith(b"\x89PNG")
+    assert "must be positive" in fail("realtime HeavyTop --rate 0")
+
+
+def test_linearize_prints_poles_and_writes_matrices(tmp_path):
+    file = tmp_path / "crank.npz"
+    names = "--input crankPivot.motorTorque --output guide.rate"
+    assert "2 states, 1 inputs, 1 outputs" in succeed(f"linearize SliderCrank --at 0.1 {names} --file {file}")
+    matrices = np.load(file)
+    assert matrices["A"].shape == (2, 2)
+    assert list(matrices["outputs"]) == ["guide.rate"]
+    assert "no input 'x'" in fail("linearize SliderCrank --input x")

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <stdexcept>
+#include <thread>
 
 #include "fmi/variables.h"
 #include "integrator/generalized_alpha.h"
@@ -213,17 +214,33 @@ struct PySimulation {
   InputSignal input;
 };
 
-// A master in C++: n communication steps of an instantiated FMU, given the addresses of its fmi2DoStep and component.
-// Returns the wall time per step [s].
-double time_do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, double H, int n) {
+// A master in C++, given the addresses of an instantiated FMU's fmi2DoStep and component: n communication steps of H,
+// without Python in between. With a period > 0 step i starts at i periods of the wall clock, or late if the one before
+// took longer. Returns per step when it started after its time and how long it took [s].
+using Steps = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+Steps do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, double H, int n, double period) {
+  using clock = std::chrono::steady_clock;
+  using seconds = std::chrono::duration<double>;
   const auto call = reinterpret_cast<int (*)(void*, double, double, int)>(do_step);
-  const auto start = std::chrono::steady_clock::now();
+  constexpr seconds kSpin(2e-4);  // sleeping is not exact: the last stretch is waited actively
+  Steps result(n, 2);
+  const auto start = clock::now();
   for (int i = 0; i < n; ++i) {
+    auto due = clock::now();
+    if (period > 0) {
+      due = start + std::chrono::duration_cast<clock::duration>(seconds(i * period));
+      std::this_thread::sleep_until(due - std::chrono::duration_cast<clock::duration>(kSpin));
+      while (clock::now() < due) {
+      }
+    }
+    const auto begin = clock::now();
     if (call(reinterpret_cast<void*>(component), t0 + i * H, H, 1) != 0) {
       throw std::runtime_error("fmi2DoStep failed in step " + std::to_string(i));
     }
+    result(i, 0) = seconds(begin - due).count();
+    result(i, 1) = seconds(clock::now() - begin).count();
   }
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / n;
+  return result;
 }
 
 // Sets a parameter by its FMU name, with the FMU's checks.
@@ -379,8 +396,8 @@ NB_MODULE(_core, m) {
   bind_lie(so3);
   bind_definitions(m);
 
-  m.def("time_do_steps", &time_do_steps, "do_step"_a, "component"_a, "t0"_a, "H"_a, "n"_a,
-        "Wall time [s] of one fmi2DoStep, without Python in between.");
+  m.def("do_steps", &do_steps, nb::call_guard<nb::gil_scoped_release>(), "do_step"_a, "component"_a, "t0"_a, "H"_a,
+        "n"_a, "period"_a = 0.0, "(n, 2): delay of the start and duration [s] of every fmi2DoStep.");
   nb::class_<AlphaParameters>(m, "AlphaParameters")
       .def(nb::init<double>(), "spectral_radius"_a)
       .def_ro("alpha_m", &AlphaParameters::alpha_m)
@@ -407,7 +424,8 @@ NB_MODULE(_core, m) {
       .def("project_positions", &PySystem::project_positions, "q"_a)
       .def("project_velocities", &PySystem::project_velocities, "q"_a, "v"_a);
 
-  nb::class_<PyOutputs>(m, "Outputs", "Real outputs of a mechanism's FMU as functions of (q, v, u); angles without turns.")
+  nb::class_<PyOutputs>(m, "Outputs",
+                        "Real outputs of a mechanism's FMU as functions of (q, v, u); angles without turns.")
       .def(nb::init<const Mechanism&>())
       .def_prop_ro("names", &PyOutputs::names)
       .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")

@@ -208,6 +208,25 @@ def linearize(
         out.print(f"wrote {file}", soft_wrap=True)
 
 
+@app.command(epilog="Example: sigmafmu realtime HeavyTop --rate 1000 --duration 10 --plot latency.png")
+def realtime(
+    model: ModelName,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Communication steps per second.")] = 1000.0,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the run.")] = 5.0,
+    settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a histogram as PNG.")] = None,
+) -> None:
+    """Pace fmi2DoStep with the wall clock and show how long the steps take."""
+    from sigmafmu.fmu import Fmu
+    from sigmafmu.realtime import run as run_paced
+
+    latency = run_paced(Fmu.of_model(model), rate, duration, dict(map(_split_setting, settings or [])))
+    out.print(latency.table())
+    if plot:
+        latency.plot(plot)
+        out.print(f"wrote {plot}", soft_wrap=True)
+
+
 def _write_text(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")

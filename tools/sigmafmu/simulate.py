@@ -3,7 +3,8 @@
 import ctypes
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -111,7 +112,22 @@ def communication_steps(
     return [*steps, (whole * step_size, rest)] if rest > rounding * step_size else steps
 
 
-def _initialize(slave: FMU2Slave, assignments: list[tuple[ModelVariable, Value]], stop_time: float) -> None:
+@contextmanager
+def started(fmu: Fmu, settings: Mapping[str, SettingValue]) -> Iterator[FMU2Slave]:
+    """A slave in step mode at t = 0, for masters of their own."""
+    messages: list[LogMessage] = []
+    slave = fmu.instantiate(messages.append)
+    try:
+        try:
+            _initialize(slave, parse_settings(fmu, settings), stop_time=None)
+        except FMICallException as error:
+            raise SimulationError(f"{fmu.name} cannot start: {_reason(messages, error)}") from error
+        yield slave
+    finally:
+        slave.freeInstance()
+
+
+def _initialize(slave: FMU2Slave, assignments: list[tuple[ModelVariable, Value]], stop_time: float | None) -> None:
     setters = {
         "Real": slave.setReal,
         "Integer": slave.setInteger,
