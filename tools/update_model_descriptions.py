@@ -9,9 +9,8 @@ import sys
 import zipfile
 from pathlib import Path
 
-import sigmafmu
-
-CONTRACTS = Path(__file__).resolve().parent.parent / "modelDescription"
+ROOT = Path(__file__).resolve().parent.parent
+CONTRACTS = ROOT / "modelDescription"
 
 
 def update(fmus: Path) -> list[str]:
@@ -35,5 +34,5 @@ def update(fmus: Path) -> list[str]:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else sigmafmu.fmus_dir()
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build" / "release" / "fmus"
     sys.stdout.write("\n".join(update(folder) or ["the contracts are up to date"]) + "\n")

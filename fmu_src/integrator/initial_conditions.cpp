@@ -159,6 +159,15 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
             << " after " << result.iterations << " iterations; 1e-12 is allowed.";
     throw std::runtime_error(message.str());
   }
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const auto& k1 = system.kinematics(solver.evaluation(), joint.body1());
+    const auto& k2 = system.kinematics(solver.evaluation(), joint.body2());
+    if (joint.axes_agree(k1, k2)) continue;
+    throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
+                             definition.joints[j].name +
+                             " point in opposite directions; turn the initial quaternions of its bodies.");
+  }
   if (!solver.project_velocities(q, v)) {
     throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
   }

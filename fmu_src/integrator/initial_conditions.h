@@ -20,7 +20,7 @@ class ConsistentSolver {
   // vdot and lambda at (q, v, u). False when the constraints are dependent or a value is not finite.
   [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                    VectorXd& lambda);
-  // Kinematics, constraints and Z at the point of the last call of accelerations().
+  // At the point of the last call: kinematics and constraints, after accelerations() also Z.
   const Evaluation& evaluation() const { return evaluation_; }
 
   // A point displaced along the motion by time s: q o exp(s v + s^2/2 vdot), v + s vdot.

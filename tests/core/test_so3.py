@@ -81,8 +81,8 @@ def sine_error(theta, terms=8):
 def check_coefficients(x):
     """Below x = 1 every coefficient is correct to one unit in the last place.
 
-    Above it a and b are correct to 4 ε beyond what the rounding of t = √x makes of them (x a'(x) ε, which matters at the
-    zeros of a); a'/t and b'/t are differences of terms of size a/x, b/x and correct to 4 ε of those.
+    Above it a and b are correct to 4 ε beyond what the rounding of t = √x makes of them (x a'(x) ε, which matters at
+    the zeros of a); a'/t and b'/t are differences of terms of size a/x, b/x and correct to 4 ε of those.
     """
     ours = lie.coefficients(x)
     theirs = exact_coefficients(x)

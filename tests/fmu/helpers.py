@@ -2,7 +2,7 @@
 
 import ctypes
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -24,11 +24,13 @@ NEWTONS = ("full", "modified")
 Settings = Mapping[str, SettingValue]
 
 
-def integrator_combinations() -> Iterator[Settings]:
+def integrator_combinations() -> list[Settings]:
     """Every choice of formulation, corrector, jacobian and newton."""
     names = ("formulation", "corrector", "jacobian", "newton")
-    for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS):
-        yield {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
+    return [
+        {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
+        for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS)
+    ]
 
 
 def real_outputs(fmu: Fmu) -> list[str]:

@@ -1,5 +1,6 @@
 """Communication steps: how they are split, which are refused, and what is left when one cannot be finished."""
 
+import itertools
 import math
 
 import numpy as np
@@ -177,7 +178,7 @@ def test_second_order_with_varying_step_sizes(new, model, formulation, pattern):
         instance = new(model).start(settings)
         parts = np.repeat(np.tile(sizes, 8), 2**halvings)
         times = span * np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
-        for t0, t1 in zip(times[:-1], times[1:], strict=True):
+        for t0, t1 in itertools.pairwise(times):
             instance.slave.doStep(t0, t1 - t0)
         assert instance.integer("integrator.steps") == len(parts)
         return np.concatenate([instance.get(f"{body}.velocity"), instance.get(f"{body}.angularVelocity")])

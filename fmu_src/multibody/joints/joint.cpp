@@ -132,6 +132,19 @@ void Joint::add_motor(const BodyKinematics& k1, const BodyKinematics& k2, double
   }
 }
 
+bool Joint::axes_agree(const BodyKinematics& k1, const BodyKinematics& k2) const {
+  const Matrix3d R12 = (k1.R_WB * frame1_.axes).transpose() * (k2.R_WB * frame2_.axes);
+  switch (type_) {
+    case JointType::revolute:
+      return R12(z, z) > 0;
+    case JointType::prismatic:
+    case JointType::fixed:
+      return R12.diagonal().minCoeff() > 0;
+    default:
+      return true;
+  }
+}
+
 double Joint::coordinate(const BodyKinematics& k1, const BodyKinematics& k2) const {
   if (type_ == JointType::prismatic) {
     return AxialDistance{frame1_.axes.col(z), frame1_.origin, frame2_.origin}.gap(k1, k2);

@@ -39,6 +39,9 @@ class Joint {
   // Subtracts the motor's generalized forces (r = M vdot + g + B^T lambda has them on its left side).
   void add_motor(const BodyKinematics& k1, const BodyKinematics& k2, double motor, double* r1, double* r2) const;
 
+  // The equations of parallel axes hold for opposite directions as well; false for those.
+  bool axes_agree(const BodyKinematics& k1, const BodyKinematics& k2) const;
+
   // Revolute: angle [rad] in (-pi, pi] from x1 to x2 about z. Prismatic: displacement [m] along z.
   double coordinate(const BodyKinematics& k1, const BodyKinematics& k2) const;
   // Its rate [rad/s or m/s].

@@ -1,0 +1,91 @@
+"""The layers of the C++ sources: includes point downward only, fmi → mechanism → integrator → multibody → lie."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "fmu_src"
+LAYERS = ("lie", "multibody", "integrator", "mechanism", "fmi")
+MECHANISM_HEADERS = {"mechanism.h", "mechanisms.h"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+
+FILES = sorted(path.relative_to(SOURCES).as_posix() for ext in ("*.h", "*.cpp") for path in SOURCES.rglob(ext))
+every_file = pytest.mark.parametrize("file", FILES)
+
+
+def includes(text):
+    """(own, foreign): names in quotes and in angle brackets."""
+    found = INCLUDE.findall(text)
+    return [own for own, _ in found if own], [foreign for _, foreign in found if foreign]
+
+
+def includes_of(file):
+    return includes((SOURCES / file).read_text(encoding="utf-8"))
+
+
+def layer(file):
+    """Index of a file's layer; the generated list of mechanisms belongs to theirs."""
+    return LAYERS.index("mechanism" if file in MECHANISM_HEADERS else file.partition("/")[0])
+
+
+def test_the_sources_are_found():
+    assert {file.partition("/")[0] for file in FILES} == {"lie", "multibody", "integrator", "fmi"} | MECHANISM_HEADERS
+    assert len(FILES) > 20
+
+
+def test_includes_are_parsed():
+    text = '// #include "no.h"\n#include <vector>\n  #  include "lie/so3.h"\n#include "fmi/slave.h"  // why\n'
+    assert includes(text) == (["lie/so3.h", "fmi/slave.h"], ["vector"])
+
+
+@every_file
+def test_includes_point_downward(file):
+    for name in includes_of(file)[0]:
+        assert (SOURCES / name).is_file(), f'{file}: "{name}" is no path from fmu_src'
+        assert layer(name) <= layer(file), f"{file} includes {name}, which lies above it"
+
+
+@every_file
+def test_headers_are_guarded_and_not_circular(file):
+    if not file.endswith(".h"):
+        return
+    assert "#pragma once" in (SOURCES / file).read_text(encoding="utf-8")
+    seen, todo = set(), [file]
+    while todo:
+        for name in includes_of(todo.pop())[0]:
+            assert name != file, f"{file} includes itself"
+            if name not in seen:
+                seen.add(name)
+                todo.append(name)
+
+
+def test_a_mechanism_needs_only_its_definition_and_the_settings():
+    assert set(includes_of("mechanism.h")[0]) == {"integrator/settings.h", "multibody/definition.h"}
+    assert includes_of("mechanisms.h")[0] == ["mechanism.h"]
+    assert includes_of("integrator/settings.h") == ([], [])
+    assert includes_of("multibody/definition.h")[0] == []
+    models = sorted((ROOT / "models").glob("*.cpp"))
+    assert models
+    for model in models:
+        assert includes(model.read_text(encoding="utf-8"))[0] == ["mechanism.h"], model.name
+
+
+def test_the_solver_knows_blocks_only():
+    """A sparse solver can take its place without a look at bodies or joints."""
+    for file in FILES:
+        if file.startswith("integrator/block_"):
+            assert all(name.startswith("integrator/block_") for name in includes_of(file)[0]), file
+
+
+@every_file
+def test_only_the_fmi_layer_knows_fmi(file):
+    assert file.startswith("fmi/") or not any("fmi" in name.lower() for name in includes_of(file)[1])
+    if file != "fmi/fmi2_functions.cpp":  # every function with C linkage is there, behind one guard
+        assert 'extern "C"' not in (SOURCES / file).read_text(encoding="utf-8")
+
+
+@every_file
+def test_the_core_does_no_input_or_output(file):
+    assert not {"iostream", "fstream", "cstdio", "stdio.h", "thread", "mutex"} & set(includes_of(file)[1])
