@@ -22,10 +22,10 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-asan lint format bench clean
+.PHONY: help setup build demo test test-masters test-asan lint format bench clean
 
 help: ## print the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(SETUP) ## make the private environment .venv
 build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python package into .venv
@@ -51,6 +51,10 @@ demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw pl
 test: build ## run every test
 	@echo "test: pytest"
 	@$(BIN)/python -m pytest -n auto $(PYTEST_ARGS)
+
+test-masters: build ## run the FMUs in the tools that need Java (skipped where it is missing)
+	@echo "test-masters: Maestro, VDMCheck2"
+	@$(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
 
 test-asan: build ## run the FMU tests against FMUs built with the address and undefined-behaviour sanitizers
 	@echo "test-asan: FMUs with sanitizers -> build/asan/fmus"

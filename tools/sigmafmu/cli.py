@@ -227,6 +227,28 @@ def realtime(
         out.print(f"wrote {plot}", soft_wrap=True)
 
 
+@app.command(epilog="Example: sigmafmu compat --output docs/compatibility.md")
+def compat(
+    chosen: Annotated[
+        list[str] | None, typer.Option("--tool", metavar="NAME", help="Only this tool (repeatable); default: all.")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+) -> None:
+    """Check and simulate every FMU with other people's tools (those of the extra `masters`, and two that need Java)."""
+    from sigmafmu import compat as compatibility
+
+    models, tools = sigmafmu.models(), compatibility.choose(chosen or ())
+    total = len(models) * len(tools)
+    with progress_bar(err, "compat", total, unit="checks") as move_to:
+        done = iter(range(1, total + 1))
+        columns = compatibility.check(models, tools, lambda: move_to(next(done)))
+    out.print(compatibility.table(models, columns))
+    for note in compatibility.notes(columns):
+        out.print(note, soft_wrap=True)
+    if output:
+        _write_text(output, compatibility.page(models, columns))
+
+
 def _write_text(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")
