@@ -517,7 +517,7 @@ def slider_crank_5_s():
 
 
 def test_slider_position():
-    """6e-7 m over 2 s and 3e-6 m over 5 s at most."""
+    """1.2e-7 m over 2 s and 1.3e-6 m over 5 s at most."""
     _, q, _, _, _ = slider_crank_5_s()
     truth = reference("SliderCrank", 5.0, 1000)["guide.displacement"]
     error = np.abs(q[::50, 14] - truth)
