@@ -60,7 +60,7 @@ class GeneralizedAlpha {
   bool prepare_matrix(const VectorXd& u);
   void correct(const State& state);
   void velocities_from_motion(const State& state);
-  double scaled_increment(const State& state, int& worst_body) const;
+  double scaled_increment(const State& state, double fraction, int& worst_body) const;
   double largest_rotation_increment() const;
   void commit(State& state, double t);
 

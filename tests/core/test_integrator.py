@@ -372,6 +372,14 @@ def test_order_of_the_incremental_corrector(formulation, rho):
     assert_second_order(orders)
 
 
+@every_model
+@pytest.mark.parametrize("chosen", [{"jacobian": TANGENT_FREE}, {"newton": MODIFIED}], ids=["tangent-free", "modified"])
+def test_order_of_the_simplified_iterations(model, chosen):
+    """They converge linearly and stop just below their tolerance; in every step to the same side. With the default
+    tolerance of 1e-8 that sums up to more than the truncation error of small steps, so here it is rounding."""
+    assert_second_order(observed_orders(model, None, **chosen, **TIGHT))
+
+
 @pytest.mark.parametrize("rho", [1.0, 0.65])
 def test_order_with_varying_steps(rho):
     """Steps h, 2h, h, 2h, …: the algorithmic acceleration is carried from one step size to the next.
