@@ -308,8 +308,8 @@ double GeneralizedAlpha::scaled_increment(const State& s, double fraction, int& 
       const auto v = v_.segment<3>(6 * i + 3 * part);
       const double dv = (v - v_old_.segment<3>(6 * i + 3 * part)).norm();
       const double dq = gamma_prime_ * x_.segment<3>(matrix_.body_offset(i) + 3 * part).norm();
-      const double tolerance =
-          settings_.absolute_tolerance + settings_.relative_tolerance * v.norm() + kFloor * gamma_prime_ * size[part];
+      const double tolerance = fraction * (settings_.absolute_tolerance + settings_.relative_tolerance * v.norm()) +
+                               kFloor * gamma_prime_ * size[part];
       const double scaled = std::max(dv, dq) / tolerance;
       if (!(scaled <= largest)) {
         largest = scaled;

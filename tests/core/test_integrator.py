@@ -288,6 +288,12 @@ def test_small_steps_do_not_spoil_the_multipliers(model, formulation):
         assert_close(state.lambda_, exact, 1e-7, 0.0)
 
 
+ITERATIONS = {
+    "tangent-free": {"jacobian": TANGENT_FREE},
+    "modified": {"newton": MODIFIED},
+    "modified, tangent-free": {"newton": MODIFIED, "jacobian": TANGENT_FREE},
+}
+
 # --- order -----------------------------------------------------------------------------------------------------------
 
 # Horizon, largest step, samples: the steps h, h/2, h/4 divide the distance of samples. The asymptotic range of the
@@ -375,9 +381,18 @@ def test_order_of_the_incremental_corrector(formulation, rho):
 @every_model
 @pytest.mark.parametrize("chosen", [{"jacobian": TANGENT_FREE}, {"newton": MODIFIED}], ids=["tangent-free", "modified"])
 def test_order_of_the_simplified_iterations(model, chosen):
-    """They converge linearly and stop just below their tolerance; in every step to the same side. With the default
-    tolerance of 1e-8 that sums up to more than the truncation error of small steps, so here it is rounding."""
+    """They converge linearly, so what they leave adds up from step to step: here to rounding."""
     assert_second_order(observed_orders(model, None, **chosen, **TIGHT))
+
+
+@pytest.mark.parametrize("model", ["HeavyTop", "SliderCrank"])
+@pytest.mark.parametrize("chosen", ITERATIONS.values(), ids=ITERATIONS)
+def test_order_of_the_simplified_iterations_with_the_default_tolerance(model, chosen):
+    """They stop at a hundredth of it, which keeps their remainder below the truncation error. (Multipliers see it
+    through 1/h and are left out.)"""
+    orders = observed_orders(model, None, **chosen)
+    del orders["reaction"]
+    assert_second_order(orders)
 
 
 @pytest.mark.parametrize("rho", [1.0, 0.65])
@@ -624,12 +639,6 @@ def test_index_3_without_damping_is_not_for_long_runs(model):
 
 # --- the result does not depend on the iteration ---------------------------------------------------------------------
 
-ITERATIONS = {
-    "tangent-free": {"jacobian": TANGENT_FREE},
-    "modified": {"newton": MODIFIED},
-    "modified, tangent-free": {"newton": MODIFIED, "jacobian": TANGENT_FREE},
-}
-
 
 @every_model
 @every_formulation
@@ -642,7 +651,7 @@ def test_residual_corrector_does_not_depend_on_its_iteration(model, formulation,
     multipliers see them through 1/h.
     """
     h, _ = STEPS[model]
-    for tolerance, allowed in ((1e-8, 1e-6), (1e-12, 1e-8)):
+    for tolerance, allowed in ((1e-8, 1e-7), (1e-12, 1e-9)):
         ends = []
         for chosen in ({}, iteration):
             run = simulation(
