@@ -394,8 +394,9 @@ void Slave::describe_failure(const StepFailure& f) {
       text << "the motion of body " << body << " is not finite";
       break;
     default:
-      text << "Newton's method did not converge in " << f.iterations << " iterations, the last increment of body "
-           << body << " is " << f.measure << " times the tolerance";
+      text << "Newton's method did not converge in " << f.iterations
+           << (f.iterations == 1 ? " iteration" : " iterations") << ", the last increment of body " << body << " is "
+           << f.measure << " times the tolerance";
   }
   text << "; the last successful time is " << data_.state.time << " s.";
   message_ = text.str();
@@ -408,7 +409,7 @@ void Slave::warn_about_settings() const {
     if (w * settings.step_size > kPi) {
       std::ostringstream text;
       text << "integrator.stepSize is " << settings.step_size << " s, but " << mechanism_.multibody.bodies[i].name
-           << " spins at " << w << " rad/s: internal steps will be halved until the rotation in one is below pi; "
+           << " spins at " << w << " rad/s: internal steps must be halved until the rotation in one is below pi; "
            << "choose at most " << kPi / w / 4 << " s.";
       report_(Report::warning, text.str());
     }

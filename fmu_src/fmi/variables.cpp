@@ -291,16 +291,25 @@ void Table::integrator() {
   relative.min = 0;
   relative.max = 1e-2;
 
-  auto option = [&](const char* name, int enumeration, int& (*access)(M)) {
-    const Enumeration& e = enumerations()[enumeration];
-    Variable& v = add(n + name, nullptr, e.description);
+  auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
+    Variable& v = add(n + name, nullptr, description);
     v.causality = Causality::parameter;
     v.variability = fixed;
     v.integer = true;
-    v.enumeration = &e;
-    v.min = 1;
-    v.max = static_cast<double>(e.items.size());
+    v.min = min;
+    v.max = max;
     v.option = access;
+    return v;
+  };
+  integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step", 1, 1000,
+          [](M m) -> int& { return m.integrator.max_newton_iterations; });
+  integer("maxHalvings",
+          "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step", 0,
+          20, [](M m) -> int& { return m.integrator.max_halvings; });
+
+  auto option = [&](const char* name, int enumeration, int& (*access)(M)) {
+    const Enumeration& e = enumerations()[enumeration];
+    integer(name, e.description, 1, static_cast<int>(e.items.size()), access).enumeration = &e;
   };
   option("formulation", 0, [](M m) -> int& { return m.integrator.formulation; });
   option("corrector", 1, [](M m) -> int& { return m.integrator.corrector; });

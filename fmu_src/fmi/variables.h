@@ -69,7 +69,7 @@ struct Variable {
   double (*output)(const View&, int object, int component) = nullptr;
   double (*rate)(const View&, int object, int component) = nullptr;  // its time derivative, if the output may jump
   double& (*parameter)(Mechanism&, int object, int component) = nullptr;
-  int& (*option)(Mechanism&) = nullptr;  // of an enumeration
+  int& (*option)(Mechanism&) = nullptr;  // of an integer parameter
   int input = -1;
 
   double value(const Mechanism& mechanism) const;  // of a parameter

@@ -72,7 +72,7 @@ void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) const
 
 bool GeneralizedAlpha::step(State& state, double t_end, const InputSignal& input, StepFailure& failure) {
   double h = t_end - state.time;
-  const double smallest = std::ldexp(h, -kMaxHalvings) * 0.75;
+  const double smallest = std::ldexp(h, -settings_.max_halvings) * 0.75;
   while (state.time < t_end) {
     const double remaining = t_end - state.time;
     const bool last = h > 0.75 * remaining;
@@ -116,7 +116,7 @@ bool GeneralizedAlpha::attempt(State& state, double t, double h, const InputSign
   matrix_is_new_ = false;
   bool renew = !modified || std::abs(state.jacobian_step - h) > 1e-6 * h;
   double previous = 0;
-  for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
+  for (int iteration = 1; iteration <= settings_.max_newton_iterations; ++iteration) {
     system_.evaluate(q_, v_, evaluation_);
     system_.residual(evaluation_, vdot_, lambda_, u_, r_);
     if (renew) {

@@ -46,8 +46,6 @@ class GeneralizedAlpha {
   // the state stays where the last good step ended and `failure` tells why. The counters count every attempt.
   [[nodiscard]] bool step(State& state, double t_end, const InputSignal& input, StepFailure& failure);
 
-  static constexpr int kMaxHalvings = 10;
-  static constexpr int kMaxIterations = 20;
   // Newton (full) keeps its matrix within a step while it is as good as new: rotations changed by less than ...
   static constexpr double kNegligibleRotation = 1e-4;   // [rad]
   static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this

@@ -15,6 +15,8 @@ struct IntegratorSettings {
   double sigma = 1.0;                 // Eq. (13)
   double absolute_tolerance = 1e-10;  // Newton: velocity increments [m/s], [rad/s]
   double relative_tolerance = 1e-8;   // Newton: relative to each body's velocity
+  int max_newton_iterations = 20;     // per attempt at an internal step, then the step is halved
+  int max_halvings = 10;              // of an internal step; the shortest attempt is h / 2^max_halvings
   int formulation = static_cast<int>(Formulation::stabilized_index2);
   int corrector = static_cast<int>(Corrector::residual);
   int jacobian = static_cast<int>(Jacobian::full);

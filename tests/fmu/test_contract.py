@@ -202,6 +202,8 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         ("relativeTolerance", 1e-8),
     ):
         add(f"integrator.{name}", 0, "parameter", "1", "fixed", start)
+    for name, start in (("maxNewtonIterations", 20), ("maxHalvings", 10)):
+        rows[f"integrator.{name}"] = Row("Integer", "parameter", "fixed", None, start)
     for name, (items, default) in ENUMERATIONS.items():
         rows[name] = Row("Enumeration", "parameter", "fixed", None, items.index(default) + 1)
     for counter in ("steps", "newtonIterations", "jacobianEvaluations", "retries"):

@@ -251,6 +251,30 @@ def test_forces_beyond_all_numbers_are_discarded(new):
     assert instance.last_successful_time() == 0.0
 
 
+def test_the_time_of_a_step_can_be_bounded(new):
+    """Without halvings a communication step of n internal steps ends after n · maxNewtonIterations iterations."""
+    H, n = 5e-3, 5
+    bounds = {"integrator.stepSize": H / n, "integrator.maxNewtonIterations": 1, "integrator.maxHalvings": 0}
+    instance = new("SliderCrank").start(bounds)
+    message = instance.refusal(instance.slave.doStep, 0.0, H)
+    assert message.status == "discard"
+    assert "did not converge in 1 iteration" in message.text
+    assert instance.integer("integrator.newtonIterations") <= n
+    assert instance.integer("integrator.retries") == 0
+    instance = new("SliderCrank").start(bounds | {"integrator.maxNewtonIterations": 3})
+    free = new("SliderCrank").start({"integrator.stepSize": H / n})
+    assert_same_bits(instance.trajectory(H, 20), free.trajectory(H, 20))
+    assert instance.integer("integrator.newtonIterations") <= 3 * n * 20
+
+
+def test_halvings_are_limited_by_their_parameter(new):
+    for halvings in range(4):
+        instance = new("HeavyTop").start({"integrator.stepSize": 1.0, "integrator.maxHalvings": halvings})
+        message = instance.refusal(instance.slave.doStep, 0.0, 1.0)  # 150 rad in a step; 1/8 of it is still too much
+        assert f"with a step size of {0.5**halvings:g} s" in message.text
+        assert instance.integer("integrator.retries") == halvings
+
+
 @pytest.mark.parametrize("model", ["HeavyTop", "SliderCrank"])
 def test_rollback_after_a_failed_step(new, model):
     """As a master does that tries again with less: bit by bit as if nothing had happened."""

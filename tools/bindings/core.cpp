@@ -358,6 +358,8 @@ void bind_definitions(nb::module_& m) {
       .def_rw("sigma", &IntegratorSettings::sigma)
       .def_rw("absolute_tolerance", &IntegratorSettings::absolute_tolerance)
       .def_rw("relative_tolerance", &IntegratorSettings::relative_tolerance)
+      .def_rw("max_newton_iterations", &IntegratorSettings::max_newton_iterations)
+      .def_rw("max_halvings", &IntegratorSettings::max_halvings)
       .def_rw("formulation", &IntegratorSettings::formulation)
       .def_rw("corrector", &IntegratorSettings::corrector)
       .def_rw("jacobian", &IntegratorSettings::jacobian)
