@@ -9,13 +9,12 @@ set(Python_FIND_VIRTUALENV FIRST)
 if(SIGMAFMU_PYTHON)
   find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
 else()
-  find_package(Python 3.10 COMPONENTS Interpreter)
+  find_package(Python 3.10 REQUIRED COMPONENTS Interpreter)
 endif()
 
 # Directories of installed Python packages that hold headers or CMake files.
-if(Python_Interpreter_FOUND)
-  execute_process(
-    COMMAND ${Python_EXECUTABLE} -c
+execute_process(
+  COMMAND ${Python_EXECUTABLE} -c
 "import importlib.util as u, pathlib as p, sysconfig, sys
 def where(name):
     s = u.find_spec(name)
@@ -25,15 +24,14 @@ fmpy, nanobind = where('fmpy'), where('nanobind')
 print(';'.join(str(x) for x in paths if x.is_dir()))
 print(fmpy / 'c-code' if fmpy else '')
 print(nanobind / 'cmake' if nanobind else '')"
-    OUTPUT_VARIABLE SIGMAFMU_PYTHON_DIRS OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-  string(REPLACE ";" "|" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS}")
-  string(REPLACE "\n" ";" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS};;")
-  list(GET SIGMAFMU_PYTHON_DIRS 0 CMEEL_PREFIXES)
-  list(GET SIGMAFMU_PYTHON_DIRS 1 FMPY_HEADERS)
-  list(GET SIGMAFMU_PYTHON_DIRS 2 NANOBIND_CMAKE)
-  string(REPLACE "|" ";" CMEEL_PREFIXES "${CMEEL_PREFIXES}")
-  list(APPEND CMAKE_PREFIX_PATH ${CMEEL_PREFIXES})
-endif()
+  OUTPUT_VARIABLE SIGMAFMU_PYTHON_DIRS OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+string(REPLACE ";" "|" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS}")
+string(REPLACE "\n" ";" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS};;")
+list(GET SIGMAFMU_PYTHON_DIRS 0 CMEEL_PREFIXES)
+list(GET SIGMAFMU_PYTHON_DIRS 1 FMPY_HEADERS)
+list(GET SIGMAFMU_PYTHON_DIRS 2 NANOBIND_CMAKE)
+string(REPLACE "|" ";" CMEEL_PREFIXES "${CMEEL_PREFIXES}")
+list(APPEND CMAKE_PREFIX_PATH ${CMEEL_PREFIXES})
 
 set(SIGMAFMU_HINT "`make setup` installs it into .venv; or see \"Building\" in README.md.")
 

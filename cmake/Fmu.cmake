@@ -16,19 +16,19 @@ add_executable(write_model_description modelDescription/write.cpp modelDescripti
 target_link_libraries(write_model_description PRIVATE sigmafmu_slave sigmafmu_mechanisms tinyxml2::tinyxml2)
 target_compile_definitions(write_model_description PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
 
-# FMI's name of this platform.
-if(CMAKE_SIZEOF_VOID_P EQUAL 8)
-  set(bits 64)
-else()
-  set(bits 32)
-endif()
-if(WIN32)
-  set(FMI2_PLATFORM win${bits})
-elseif(APPLE)
-  set(FMI2_PLATFORM darwin${bits})
-else()
-  set(FMI2_PLATFORM linux${bits})
-endif()
+# Where include paths start; the folder `sources` of an FMU holds what is included from here.
+get_target_property(eigen_dir Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+set(SIGMAFMU_SOURCE_ROOTS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src ${CMAKE_CURRENT_SOURCE_DIR} ${eigen_dir} ${FMI2_INCLUDE_DIR})
+
+# All C++ files of an FMU but the mechanism's own.
+set(SIGMAFMU_BINARY_SOURCES)
+foreach(target sigmafmu_core sigmafmu_slave sigmafmu_fmi2)
+  get_target_property(files ${target} SOURCES)
+  list(APPEND SIGMAFMU_BINARY_SOURCES ${files})
+endforeach()
+list(TRANSFORM SIGMAFMU_BINARY_SOURCES REPLACE "^fmu_src/" "" OUTPUT_VARIABLE SIGMAFMU_SOURCE_NAMES)
+list(TRANSFORM SIGMAFMU_BINARY_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h)
 
 set(SIGMAFMU_FMU_DIR ${CMAKE_CURRENT_BINARY_DIR}/fmus)
 file(MAKE_DIRECTORY ${SIGMAFMU_FMU_DIR})
@@ -42,6 +42,7 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   add_custom_command(
     OUTPUT ${work}/model.cpp ${tree}/modelDescription.xml
     COMMAND write_model_description ${model} ${work}/modelDescription.xml
+            models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES}
     COMMAND ${CMAKE_COMMAND} -D MODEL=${model} -D BLANK=${work}/modelDescription.xml
             -D XML=${tree}/modelDescription.xml -D SOURCE=${work}/model.cpp
             -P ${CMAKE_CURRENT_SOURCE_DIR}/cmake/WriteGuid.cmake
@@ -49,23 +50,26 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     COMMENT "Writing modelDescription.xml of ${model}"
     VERBATIM)
 
-  add_library(${model} MODULE ${work}/model.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
+  sigmafmu_add_binary(${model} ${work}/model.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
   target_link_libraries(${model} PRIVATE sigmafmu_slave sigmafmu_models)
-  set_target_properties(${model} PROPERTIES
-    PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${tree}/binaries/${FMI2_PLATFORM})
-  # Nothing but fmi2* leaves the library: no clash with other FMUs in the process.
-  if(NOT APPLE AND NOT WIN32)
-    target_link_options(${model} PRIVATE
-      -Wl,--version-script=${CMAKE_CURRENT_SOURCE_DIR}/cmake/fmi2.map -Wl,--gc-sections)
-    set_target_properties(${model} PROPERTIES LINK_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/cmake/fmi2.map)
-  endif()
+  set_target_properties(${model} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${tree}/binaries/${FMI2_PLATFORM})
+
+  set(sources ${CMAKE_CURRENT_SOURCE_DIR}/models/${model}.cpp ${work}/model.cpp ${SIGMAFMU_BINARY_SOURCES})
+  add_custom_command(
+    OUTPUT ${tree}/sources/buildDescription.xml
+    COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_sources.py ${model} --output ${tree}/sources
+            "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" --root=${work} ${sources}
+    DEPENDS tools/fmu_sources.py cmake/FmuBinary.cmake cmake/fmi2.map cmake/source_fmu.cmake.in
+            ${sources} ${SIGMAFMU_HEADERS}
+    COMMENT "Collecting the sources of ${model}"
+    VERBATIM COMMAND_EXPAND_LISTS)
 
   set(fmu ${SIGMAFMU_FMU_DIR}/${model}.fmu)
   add_custom_command(
     OUTPUT ${fmu}
-    COMMAND ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip modelDescription.xml binaries
+    COMMAND ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip modelDescription.xml binaries sources
     WORKING_DIRECTORY ${tree}
-    DEPENDS ${model} ${tree}/modelDescription.xml
+    DEPENDS ${model} ${tree}/modelDescription.xml ${tree}/sources/buildDescription.xml
     COMMENT "Packing ${model}.fmu"
     VERBATIM)
   list(APPEND SIGMAFMU_FMUS ${fmu})

@@ -1,4 +1,5 @@
-// write_model_description MODEL FILE: writes modelDescription.xml of a mechanism, with an empty GUID.
+// write_model_description MODEL FILE SOURCE...: writes modelDescription.xml of a mechanism, with an empty GUID. The SOURCEs
+// are the files to compile, as they are named in the FMU's folder `sources`.
 #include <tinyxml2.h>
 
 #include <charconv>
@@ -117,7 +118,7 @@ void write_structure(XMLElement* root, const std::vector<Variable>& variables, c
   }
 }
 
-void write(const Mechanism& mechanism, const char* file) {
+void write(const Mechanism& mechanism, const char* file, const std::vector<const char*>& sources) {
   const System system(mechanism.multibody);
   const auto variables = make_variables(mechanism, system);
 
@@ -146,6 +147,8 @@ void write(const Mechanism& mechanism, const char* file) {
                           "canNotUseMemoryManagementFunctions"}) {
     capabilities->SetAttribute(yes, true);
   }
+  XMLElement* files = capabilities->InsertNewChildElement("SourceFiles");
+  for (const char* source : sources) set(files->InsertNewChildElement("File"), "name", source);
 
   write_units(root);
   write_types(root);
@@ -178,12 +181,12 @@ void write(const Mechanism& mechanism, const char* file) {
 int main(int argc, char** argv) {
   try {
     for (const Mechanism& mechanism : mechanisms()) {
-      if (argc == 3 && mechanism.name == argv[1]) {
-        write(mechanism, argv[2]);
+      if (argc > 3 && mechanism.name == argv[1]) {
+        write(mechanism, argv[2], {argv + 3, argv + argc});
         return 0;
       }
     }
-    std::fprintf(stderr, "usage: write_model_description MODEL FILE, with a MODEL of models/\n");
+    std::fprintf(stderr, "usage: write_model_description MODEL FILE SOURCE..., with a MODEL of models/\n");
   } catch (const std::exception& e) {
     std::fprintf(stderr, "write_model_description: %s\n", e.what());
   }

@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import (
@@ -520,11 +521,33 @@ def test_instantiation_without_callbacks_or_logger(instantiate):
     assert instantiate(silent)
 
 
-@pytest.mark.parametrize(
-    "resources", [None, b"", b"file:///no/such/folder%20here", b"file:/x", b"C:\\FMU\\resources", b"%s%n"]
-)
+RESOURCES = {
+    "null": None,
+    "empty": b"",
+    "three slashes": b"file:///no/such/folder%20here/resources",
+    "one slash": b"file:/no/such/resources",
+    "two slashes": b"file://host/share/resources",
+    "umlauts, escaped": b"file:///tmp/M%C3%BCnchen/resources",
+    "umlauts in UTF-8": "file:///tmp/München/resources".encode(),
+    "umlauts in Latin-1": "file:///tmp/München/resources".encode("latin-1"),
+    "a path of Windows": b"C:\\FMU\\resources",
+    "half an escape": b"file:///tmp/%2",
+    "formats": b"%s%n",
+    "long": b"file:///" + 100_000 * b"x",
+}
+
+
+@pytest.mark.parametrize("resources", RESOURCES.values(), ids=RESOURCES)
 def test_resource_location_does_not_matter(instantiate, resources):
     assert instantiate(Recorder(), resources=resources)
+
+
+def test_folder_with_spaces_and_umlauts(fmu, model, tmp_path):
+    folder = tmp_path / "Müller & Söhne 100%20"
+    fmpy.extract(fmu(model).path, folder)
+    H = float(fmu(model).description.defaultExperiment.stepSize)
+    here, there = (fmpy.simulate_fmu(f, stop_time=H, output_interval=H) for f in (fmu(model).path, folder))
+    assert here.tobytes() == there.tobytes()
 
 
 def test_logger_gets_its_environment_and_the_name_of_the_instance(new, model, instantiate):

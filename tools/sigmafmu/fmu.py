@@ -47,7 +47,7 @@ class Fmu:
         self.path = Path(path)
         self._directory = tempfile.TemporaryDirectory(prefix=f"{self.path.stem}-")
         self.directory = Path(self._directory.name)
-        fmpy.extract(self.path, self.directory)
+        fmpy.extract(self.path, self.directory, include=lambda name: not name.startswith("sources/"))  # many files
         self.description: ModelDescription = fmpy.read_model_description(self.directory)
         self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
 

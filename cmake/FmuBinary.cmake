@@ -1,0 +1,43 @@
+# What every build of an FMU's binary shares: this project's own and the one from the FMU's sources folder.
+
+# The same bits on every machine: no contraction to fused multiply-add. Neither errno nor traps are used.
+if(MSVC)
+  set(SIGMAFMU_COMPILE_OPTIONS /O2 /fp:precise)
+else()
+  set(SIGMAFMU_COMPILE_OPTIONS -ffp-contract=off -fno-math-errno -fno-trapping-math $<$<CONFIG:Release>:-O3>)
+endif()
+
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+# FMI's name of the platform.
+if(CMAKE_SIZEOF_VOID_P EQUAL 8)
+  set(bits 64)
+else()
+  set(bits 32)
+endif()
+if(WIN32)
+  set(FMI2_PLATFORM win${bits})
+elseif(APPLE)
+  set(FMI2_PLATFORM darwin${bits})
+else()
+  set(FMI2_PLATFORM linux${bits})
+endif()
+
+set(SIGMAFMU_SYMBOLS ${CMAKE_CURRENT_LIST_DIR}/fmi2.map)
+
+# A library named like the model that shows nothing but fmi2*: no clash with other FMUs in the process.
+function(sigmafmu_add_binary model)
+  add_library(${model} MODULE ${ARGN})
+  set_target_properties(${model} PROPERTIES PREFIX "")
+  if(NOT APPLE AND NOT WIN32)
+    target_link_options(${model} PRIVATE -Wl,--version-script=${SIGMAFMU_SYMBOLS} -Wl,--gc-sections)
+    set_target_properties(${model} PROPERTIES LINK_DEPENDS ${SIGMAFMU_SYMBOLS})
+  elseif(APPLE)
+    set_target_properties(${model} PROPERTIES SUFFIX .dylib)
+  endif()
+endfunction()

@@ -1,0 +1,67 @@
+"""Makes the FMUs that are given away: their `sources` folder, compiled for every platform of cmake/toolchains.
+
+    python tools/release.py build/release/fmus dist
+
+The compiler is Zig's (package ziglang), which needs some minutes on the first run: it compiles the C++ library of each
+platform. Each FMU is rebuilt from what it contains, so this also shows that its sources are complete.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import ziglang
+
+ROOT = Path(__file__).parents[1]
+TOOLCHAINS = sorted(path for path in (ROOT / "cmake" / "toolchains").glob("*64.cmake"))
+
+
+def run(command: list[str | Path], environment: dict[str, str]) -> None:
+    """Runs a command silently; shows all that it printed if it fails."""
+    done = subprocess.run(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if done.returncode:
+        sys.exit(f"release: {' '.join(map(str, command))} failed:\n{done.stdout}")
+
+
+def main() -> None:
+    """Reads the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmus", type=Path, help="folder of FMUs")
+    parser.add_argument("output", type=Path)
+    options = parser.parse_args()
+    fmus = sorted(options.fmus.glob("*.fmu"))
+    if not fmus:
+        sys.exit(f"release: no FMU in {options.fmus}; `make build` makes them.")
+
+    work = ROOT / "build" / "cross"
+    environment = os.environ | {
+        "ZIG": str(Path(ziglang.__file__).with_name("zig")),
+        "ZIG_GLOBAL_CACHE_DIR": str(work / "zig-cache"),
+    }
+    options.output.mkdir(parents=True, exist_ok=True)
+    for fmu in fmus:
+        tree = work / fmu.stem
+        shutil.rmtree(tree, ignore_errors=True)
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(tree)
+        shutil.rmtree(tree / "binaries")
+        for toolchain in TOOLCHAINS:
+            print(f"release: {fmu.stem} for {toolchain.stem} ", end="", flush=True)
+            start = time.monotonic()
+            build = work / "build" / f"{fmu.stem}-{toolchain.stem}"
+            configure = ["cmake", "--fresh", "-G", "Ninja", "-S", tree / "sources", "-B", build]
+            run([*configure, "--toolchain", toolchain], environment)
+            run(["cmake", "--build", build, "--target", "install"], environment)
+            print(f"({time.monotonic() - start:.0f} s)", flush=True)
+        packed = shutil.make_archive(str(work / fmu.stem), "zip", tree)
+        shutil.move(packed, options.output / fmu.name)
+    print(f"release: {len(fmus)} FMUs in {options.output}")
+
+
+if __name__ == "__main__":
+    main()
