@@ -18,11 +18,12 @@ CPP      = $(shell find $(SOURCE_DIRS) tests -name '*.h' -o -name '*.cpp')
 
 # CMake presets find the tools, Eigen and the FMI headers of the private environment.
 IN_VENV := VIRTUAL_ENV="$(CURDIR)/$(VENV)" PATH="$(CURDIR)/$(BIN):$$PATH"
+TSAN     = $(shell $(CXX) -print-file-name=libtsan.so)
 ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-file-name=libubsan.so)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-masters test-asan lint format bench clean
+.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format bench clean
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -55,6 +56,23 @@ test: build ## run every test
 test-masters: build ## run the FMUs in the tools that need Java (skipped where it is missing)
 	@echo "test-masters: Maestro, VDMCheck2"
 	@$(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
+
+release: build ## compile the FMUs' sources for old Linux distributions and for Windows -> dist
+	@echo "release: FMUs with binaries for linux64 (glibc 2.17) and win64 -> dist"
+	@$(PIP) install --group release
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/release.py $(BUILD)/fmus dist
+
+test-release: release ## run the tests of the released FMUs
+	@echo "test-release: pytest on the FMUs in dist"
+	@$(BIN)/python -m pytest -m release $(PYTEST_ARGS)
+	@SIGMAFMU_FMUS="$(CURDIR)/dist" $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
+
+test-tsan: build ## run FMU instances in threads under the thread sanitizer
+	@echo "test-tsan: FMUs with the thread sanitizer -> build/tsan/fmus"
+	@$(IN_VENV) cmake --preset tsan
+	@$(IN_VENV) cmake --build --preset tsan
+	@SIGMAFMU_FMUS="$(CURDIR)/build/tsan/fmus" LD_PRELOAD="$(TSAN)" TSAN_OPTIONS=halt_on_error=1 \
+	 setarch -R $(BIN)/python -m pytest tests/fmu/test_instances.py -k thread $(PYTEST_ARGS)
 
 test-asan: build ## run the FMU tests against FMUs built with the address and undefined-behaviour sanitizers
 	@echo "test-asan: FMUs with sanitizers -> build/asan/fmus"

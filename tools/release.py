@@ -44,8 +44,8 @@ def main() -> None:
         "ZIG_GLOBAL_CACHE_DIR": str(work / "zig-cache"),
     }
     options.output.mkdir(parents=True, exist_ok=True)
+    tree = work / "fmu"  # the same path for all: what they share is then found in the compiler's cache
     for fmu in fmus:
-        tree = work / fmu.stem
         shutil.rmtree(tree, ignore_errors=True)
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(tree)
