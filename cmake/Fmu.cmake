@@ -28,6 +28,9 @@ foreach(target sigmafmu_core sigmafmu_slave sigmafmu_fmi2)
 endforeach()
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES REPLACE "^fmu_src/" "" OUTPUT_VARIABLE SIGMAFMU_SOURCE_NAMES)
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+file(GLOB SIGMAFMU_CONTENTS CONFIGURE_DEPENDS tools/fmu_contents/*.py tools/fmu_contents/templates/*
+     tools/fmu_contents/licenses/* models/images/*.png models/errors/*.csv tests/references/*.csv)
+list(APPEND SIGMAFMU_CONTENTS docs/mechanisms.md docs/fmi.md docs/method.md LICENSE)
 file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h)
 
 set(SIGMAFMU_FMU_DIR ${CMAKE_CURRENT_BINARY_DIR}/fmus)
@@ -64,12 +67,22 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     COMMENT "Collecting the sources of ${model}"
     VERBATIM COMMAND_EXPAND_LISTS)
 
+  add_custom_command(
+    OUTPUT ${tree}/documentation/index.html
+    COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents ${model}
+            --model-description ${tree}/modelDescription.xml
+            --references ${CMAKE_CURRENT_SOURCE_DIR}/tests/references --output ${tree}
+    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml
+    COMMENT "Writing the documentation of ${model}"
+    VERBATIM)
+
   set(fmu ${SIGMAFMU_FMU_DIR}/${model}.fmu)
   add_custom_command(
     OUTPUT ${fmu}
-    COMMAND ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip modelDescription.xml binaries sources
+    COMMAND ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
     WORKING_DIRECTORY ${tree}
     DEPENDS ${model} ${tree}/modelDescription.xml ${tree}/sources/buildDescription.xml
+            ${tree}/documentation/index.html
     COMMENT "Packing ${model}.fmu"
     VERBATIM)
   list(APPEND SIGMAFMU_FMUS ${fmu})

@@ -1,10 +1,12 @@
-// write_model_description MODEL FILE SOURCE...: writes modelDescription.xml of a mechanism, with an empty GUID. The SOURCEs
-// are the files to compile, as they are named in the FMU's folder `sources`.
+// write_model_description MODEL FILE SOURCE...: writes modelDescription.xml of a mechanism, with an empty GUID. The
+// SOURCEs are the files to compile, as they are named in the FMU's folder `sources`.
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 
@@ -46,8 +48,27 @@ void write_units(XMLElement* root) {
   }
 }
 
-void write_types(XMLElement* root) {
+// A nominal value is a size, not a measurement: two digits.
+double two_digits(double x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.1e", x);
+  return std::strtod(buffer, nullptr);
+}
+
+void write_types(XMLElement* root, const std::vector<Variable>& variables, const Scales& scales) {
   XMLElement* definitions = root->InsertNewChildElement("TypeDefinitions");
+  for (const RealType& t : real_types()) {
+    if (std::none_of(variables.begin(), variables.end(), [&](const Variable& v) { return v.type == &t; })) continue;
+    XMLElement* type = definitions->InsertNewChildElement("SimpleType");
+    set(type, "name", t.name);
+    XMLElement* real = type->InsertNewChildElement("Real");
+    set(real, "quantity", t.quantity);
+    set(real, "unit", t.unit);
+    if (t.display_unit) set(real, "displayUnit", t.display_unit);
+    if (std::isfinite(t.min)) set(real, "min", t.min);
+    if (std::isfinite(t.max)) set(real, "max", t.max);
+    if (t.nominal && scales.*t.nominal > 0) set(real, "nominal", two_digits(scales.*t.nominal));
+  }
   for (const Enumeration& e : enumerations()) {
     XMLElement* type = definitions->InsertNewChildElement("SimpleType");
     set(type, "name", e.name);
@@ -91,8 +112,11 @@ void write_variable(XMLElement* parent, const Variable& v, unsigned reference, c
 
   XMLElement* type = scalar->InsertNewChildElement(v.enumeration ? "Enumeration" : v.integer ? "Integer" : "Real");
   if (v.enumeration) set(type, "declaredType", v.enumeration->name);
-  if (v.unit) set(type, "unit", v.unit);
-  if (v.display_unit) set(type, "displayUnit", v.display_unit);
+  if (v.type) {  // what the type says is repeated: many masters look no further than here
+    set(type, "declaredType", v.type->name);
+    set(type, "unit", v.type->unit);
+    if (v.type->display_unit) set(type, "displayUnit", v.type->display_unit);
+  }
   if (std::isfinite(v.min)) set(type, "min", v.min);
   if (std::isfinite(v.max)) set(type, "max", v.max);
   if (v.input >= 0) set(type, "start", 0.0);
@@ -151,7 +175,7 @@ void write(const Mechanism& mechanism, const char* file, const std::vector<const
   for (const char* source : sources) set(files->InsertNewChildElement("File"), "name", source);
 
   write_units(root);
-  write_types(root);
+  write_types(root, variables, scales(mechanism.multibody));
   XMLElement* categories = root->InsertNewChildElement("LogCategories");
   const std::pair<const char*, const char*> all[] = {
       {"logStatusError", "Refused calls and failed computations"},

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "fmi/variables.h"
 
 namespace sigmafmu {
@@ -21,6 +23,56 @@ const std::vector<Unit>& units() {
       {"N/m", 1, 0, -2, 0, {{"N/mm", 1e-3}}},
       {"N.s/m", 1, 0, -1, 0, {}},
       {"J", 1, 2, -2, 0, {{"mJ", 1e3}}},
+  };
+  return table;
+}
+
+Scales scales(const MultibodyDef& definition) {
+  Scales s;
+  double mass = 0;
+  for (const RigidBodyDef& b : definition.bodies) {
+    mass += b.mass;
+    s.length = std::max(s.length, b.initial_position.norm());
+    s.velocity = std::max(s.velocity, b.initial_velocity.norm());
+    s.angular_velocity = std::max(s.angular_velocity, b.initial_angular_velocity.norm());
+  }
+  for (const JointDef& j : definition.joints) {
+    s.length = std::max({s.length, j.frame1.origin.norm(), j.frame2.origin.norm()});
+  }
+  for (const SpringDamperDef& d : definition.spring_dampers) {
+    s.length = std::max({s.length, d.point1.norm(), d.point2.norm()});
+  }
+  s.force = mass * definition.gravity.norm();
+  s.torque = s.force * s.length;
+  return s;
+}
+
+const std::vector<RealType>& real_types() {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  using S = Scales;
+  static const std::vector<RealType> table = {
+      // name, quantity, unit, shown in, min, max, nominal
+      {"Time", "Time", "s", nullptr, 0, inf, nullptr},
+      {"Position", "Length", "m", nullptr, -inf, inf, &S::length},
+      {"Displacement", "Length", "m", "mm", -inf, inf, &S::length},
+      {"Velocity", "Velocity", "m/s", nullptr, -inf, inf, &S::velocity},
+      {"Acceleration", "Acceleration", "m/s2", nullptr, -inf, inf, nullptr},
+      {"Quaternion", "Dimensionless", "1", nullptr, -inf, inf, nullptr},
+      {"Angle", "Angle", "rad", "deg", -inf, inf, nullptr},
+      {"AngularVelocity", "AngularVelocity", "rad/s", "rpm", -inf, inf, &S::angular_velocity},
+      {"AngularAcceleration", "AngularAcceleration", "rad/s2", nullptr, -inf, inf, nullptr},
+      {"Mass", "Mass", "kg", nullptr, 0, inf, nullptr},
+      {"MomentOfInertia", "MomentOfInertia", "kg.m2", nullptr, 0, inf, nullptr},
+      {"ProductOfInertia", "MomentOfInertia", "kg.m2", nullptr, -inf, inf, nullptr},
+      {"Force", "Force", "N", nullptr, -inf, inf, &S::force},
+      {"Torque", "Torque", "N.m", nullptr, -inf, inf, &S::torque},
+      {"Energy", "Energy", "J", nullptr, -inf, inf, nullptr},
+      {"Stiffness", "TranslationalSpringConstant", "N/m", nullptr, 0, inf, nullptr},
+      {"Damping", "TranslationalDampingConstant", "N.s/m", nullptr, 0, inf, nullptr},
+      {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},
+      {"Tolerance", "Dimensionless", "1", nullptr, 0, inf, nullptr},
+      {"Fraction", "Dimensionless", "1", nullptr, 0, 1, nullptr},
+      {"Number", "Dimensionless", "1", nullptr, -inf, inf, nullptr},
   };
   return table;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 
 namespace sigmafmu {
 namespace {
@@ -39,6 +40,13 @@ double joint_rate(const View& view, int j, int) {
   return joint.coordinate_rate(side(view, joint.body1()), side(view, joint.body2()));
 }
 
+const RealType& real_type(const std::string& name) {
+  for (const RealType& type : real_types()) {
+    if (type.name == name) return type;
+  }
+  throw std::logic_error("no type " + name + " in real_types()");
+}
+
 // Adds variables to the table; one call per row of the interface's tables.
 class Table {
  public:
@@ -59,11 +67,16 @@ class Table {
   using Output = double (*)(const View&, int, int);
   using Parameter = double& (*)(Mechanism&, int, int);
 
-  Variable& add(std::string name, const char* unit, std::string description) {
+  Variable& add(std::string name, const char* type, std::string description) {
     Variable v;
     v.name = std::move(name);
-    v.unit = unit;
     v.description = std::move(description);
+    if (type) {
+      v.type = &real_type(type);
+      v.unit = v.type->unit;
+      v.min = v.type->min;
+      v.max = v.type->max;
+    }
     variables_.push_back(std::move(v));
     return variables_.back();
   }
@@ -72,48 +85,44 @@ class Table {
   void elements(int count, Make make) {
     for (int i = 0; i < count; ++i) make(i, "[" + std::to_string(i + 1) + "]");
   }
-  void outputs(int object, const std::string& name, int count, const char* unit, const char* display,
-               const std::string& description, Output output, bool needs_accelerations = false, Output rate = nullptr) {
+  void outputs(int object, const std::string& name, int count, const char* type, const std::string& description,
+               Output output, bool needs_accelerations = false, Output rate = nullptr) {
     elements(count, [&](int i, const std::string& suffix) {
-      Variable& v = output_scalar(object, name + suffix, unit, display, description, output, needs_accelerations);
+      Variable& v = output_scalar(object, name + suffix, type, description, output, needs_accelerations);
       v.component = i;
       v.rate = rate;
     });
   }
-  Variable& output_scalar(int object, const std::string& name, const char* unit, const char* display,
-                          const std::string& description, Output output, bool needs_accelerations = false) {
-    Variable& v = add(name, unit, description);
-    v.display_unit = display;
+  Variable& output_scalar(int object, const std::string& name, const char* type, const std::string& description,
+                          Output output, bool needs_accelerations = false) {
+    Variable& v = add(name, type, description);
     v.object = object;
     v.output = output;
     v.needs_accelerations = needs_accelerations;
     return v;
   }
-  Variable& parameter(int object, const std::string& name, const char* unit, const char* display,
-                      const std::string& description, Parameter access, Variability variability) {
-    Variable& v = add(name, unit, description);
-    v.display_unit = display;
+  Variable& parameter(int object, const std::string& name, const char* type, const std::string& description,
+                      Parameter access, Variability variability) {
+    Variable& v = add(name, type, description);
     v.causality = Causality::parameter;
     v.variability = variability;
     v.object = object;
     v.parameter = access;
     return v;
   }
-  void parameters(int object, const std::string& name, int count, const char* unit, const char* display,
-                  const std::string& description, Parameter access, Variability variability, double min = -INFINITY) {
+  void parameters(int object, const std::string& name, int count, const char* type, const std::string& description,
+                  Parameter access, Variability variability) {
     elements(count, [&](int i, const std::string& suffix) {
-      Variable& v = parameter(object, name + suffix, unit, display, description, access, variability);
-      v.component = i;
-      v.min = min;
+      parameter(object, name + suffix, type, description, access, variability).component = i;
     });
   }
-  void input(int index, const std::string& name, const char* unit, const std::string& description) {
-    Variable& v = add(name, unit, description);
+  void input(int index, const std::string& name, const char* type, const std::string& description) {
+    Variable& v = add(name, type, description);
     v.causality = Causality::input;
     v.input = index;
   }
-  void inputs(int first, const std::string& name, const char* unit, const std::string& description) {
-    elements(3, [&](int i, const std::string& suffix) { input(first + i, name + suffix, unit, description); });
+  void inputs(int first, const std::string& name, const char* type, const std::string& description) {
+    elements(3, [&](int i, const std::string& suffix) { input(first + i, name + suffix, type, description); });
   }
 
   void body(int b, const std::string& n);
@@ -130,80 +139,78 @@ class Table {
 
 void Table::body(int b, const std::string& n) {
   using V = const View&;
-  outputs(b, n + ".position", 3, "m", nullptr, "Position of the centre of mass in W",
+  outputs(b, n + ".position", 3, "Position", "Position of the centre of mass in W",
           [](V v, int o, int i) { return v.q[7 * o + i]; });
-  outputs(b, n + ".quaternion", 4, "1", nullptr, "Orientation R_WB as unit quaternion (w, x, y, z)",
+  outputs(b, n + ".quaternion", 4, "Quaternion", "Orientation R_WB as unit quaternion (w, x, y, z)",
           [](V v, int o, int i) { return v.q[7 * o + 3 + i]; });
   outputs(
-      b, n + ".rotationVector", 3, "rad", "deg", "Orientation R_WB as rotation vector, at most pi long",
+      b, n + ".rotationVector", 3, "Angle", "Orientation R_WB as rotation vector, at most pi long",
       [](V v, int o, int i) { return rotation_vector(v, o)[i]; }, false, rotation_vector_rate);
-  outputs(b, n + ".velocity", 3, "m/s", nullptr, "Velocity of the centre of mass in W",
+  outputs(b, n + ".velocity", 3, "Velocity", "Velocity of the centre of mass in W",
           [](V v, int o, int i) { return v.v[6 * o + i]; });
-  outputs(b, n + ".angularVelocity", 3, "rad/s", "rpm", "Angular velocity in body axes",
+  outputs(b, n + ".angularVelocity", 3, "AngularVelocity", "Angular velocity in body axes",
           [](V v, int o, int i) { return v.v[6 * o + 3 + i]; });
   outputs(
-      b, n + ".acceleration", 3, "m/s2", nullptr, "Acceleration of the centre of mass in W",
+      b, n + ".acceleration", 3, "Acceleration", "Acceleration of the centre of mass in W",
       [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
   outputs(
-      b, n + ".angularAcceleration", 3, "rad/s2", nullptr, "Angular acceleration in body axes",
+      b, n + ".angularAcceleration", 3, "AngularAcceleration", "Angular acceleration in body axes",
       [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
-  inputs(system_.force_index(b), n + ".force", "N", "Force applied at the centre of mass, in W");
-  inputs(system_.force_index(b) + 3, n + ".torque", "N.m", "Torque applied, in body axes");
+  inputs(system_.force_index(b), n + ".force", "Force", "Force applied at the centre of mass, in W");
+  inputs(system_.force_index(b) + 3, n + ".torque", "Torque", "Torque applied, in body axes");
 
   constexpr auto fixed = Variability::fixed;
   Variable& mass = parameter(
-      b, n + ".mass", "kg", nullptr, "Mass",
-      [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; }, fixed);
-  mass.min = 0;
+      b, n + ".mass", "Mass", "Mass", [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; },
+      fixed);
   mass.above_min = true;
   const char* moments[] = {"xx", "yy", "zz"};
   for (int i = 0; i < 3; ++i) {
     Variable& v = parameter(
-        b, n + ".inertia." + moments[i], "kg.m2", nullptr, "Moment of inertia about the centre of mass, body axes",
+        b, n + ".inertia." + moments[i], "MomentOfInertia", "Moment of inertia about the centre of mass, body axes",
         [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia[c]; }, fixed);
     v.component = i;
-    v.min = 0;
     v.above_min = true;
   }
   const char* products[] = {"xy", "xz", "yz"};
   for (int i = 0; i < 3; ++i) {
     parameter(
-        b, n + ".inertia." + products[i], "kg.m2", nullptr,
+        b, n + ".inertia." + products[i], "ProductOfInertia",
         "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
         [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
         .component = i;
   }
   const std::string projected = ", before projection onto the constraints";
   parameters(
-      b, n + ".initialPosition", 3, "m", nullptr, "Initial position in W" + projected,
+      b, n + ".initialPosition", 3, "Position", "Initial position in W" + projected,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
   parameters(
-      b, n + ".initialQuaternion", 4, "1", nullptr, "Initial orientation R_WB (w, x, y, z), normalized" + projected,
+      b, n + ".initialQuaternion", 4, "Quaternion", "Initial orientation R_WB (w, x, y, z), normalized" + projected,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
   parameters(
-      b, n + ".initialVelocity", 3, "m/s", nullptr, "Initial velocity in W" + projected,
+      b, n + ".initialVelocity", 3, "Velocity", "Initial velocity in W" + projected,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
   parameters(
-      b, n + ".initialAngularVelocity", 3, "rad/s", "rpm", "Initial angular velocity in body axes" + projected,
+      b, n + ".initialAngularVelocity", 3, "AngularVelocity", "Initial angular velocity in body axes" + projected,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
 }
 
 void Table::joint(int j, const std::string& n) {
   const Joint& joint = system_.joint(j);
   if (joint.type() == JointType::revolute) {
-    output_scalar(j, n + ".angle", "rad", "deg", "Joint angle, counting turns", joint_coordinate);
-    output_scalar(j, n + ".angularRate", "rad/s", "rpm", "Rate of the joint angle", joint_rate);
-    input(system_.motor_index(j), n + ".motorTorque", "N.m", "Torque about the joint axis on the second body");
+    output_scalar(j, n + ".angle", "Angle", "Joint angle, counting turns", joint_coordinate);
+    output_scalar(j, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", joint_rate);
+    input(system_.motor_index(j), n + ".motorTorque", "Torque", "Torque about the joint axis on the second body");
   } else if (joint.type() == JointType::prismatic) {
-    output_scalar(j, n + ".displacement", "m", "mm", "Displacement along the joint axis", joint_coordinate);
-    output_scalar(j, n + ".rate", "m/s", nullptr, "Rate of the displacement", joint_rate);
-    input(system_.motor_index(j), n + ".actuatorForce", "N", "Force along the joint axis on the second body");
+    output_scalar(j, n + ".displacement", "Displacement", "Displacement along the joint axis", joint_coordinate);
+    output_scalar(j, n + ".rate", "Velocity", "Rate of the displacement", joint_rate);
+    input(system_.motor_index(j), n + ".actuatorForce", "Force", "Force along the joint axis on the second body");
   }
   outputs(
-      j, n + ".reactionForce", 3, "N", nullptr, "Force of the joint on the second body, in W",
+      j, n + ".reactionForce", 3, "Force", "Force of the joint on the second body, in W",
       [](const View& v, int o, int i) { return reaction(v, o).force[i]; }, true);
   outputs(
-      j, n + ".reactionTorque", 3, "N.m", nullptr,
+      j, n + ".reactionTorque", 3, "Torque",
       "Torque of the joint on the second body about the joint's point on it, in W",
       [](const View& v, int o, int i) {
         // exactly zero where the joint has none, not the rounding of a difference
@@ -213,53 +220,52 @@ void Table::joint(int j, const std::string& n) {
 }
 
 void Table::spring_damper(int s, const std::string& n) {
-  outputs(s, n + ".position", 3, "m", "mm", "Attachment point on the second body, in W",
+  outputs(s, n + ".position", 3, "Displacement", "Attachment point on the second body, in W",
           [](const View& v, int o, int i) {
             const SpringDamper& spring = v.system.spring_damper(o);
             const BodyKinematics& k = side(v, spring.body2);
             return (k.p_WB + k.R_WB * spring.points.s2)[i];
           });
   outputs(
-      s, n + ".force", 3, "N", nullptr, "Force of spring and damper (actuator excluded) on the second body, in W",
+      s, n + ".force", 3, "Force", "Force of spring and damper (actuator excluded) on the second body, in W",
       [](const View& v, int o, int i) { return v.system.spring_damper(o).force(v.evaluation.spring_dampers[o])[i]; });
-  inputs(system_.actuator_index(s), n + ".actuatorForce", "N",
+  inputs(system_.actuator_index(s), n + ".actuatorForce", "Force",
          "Actuator force on the attachment point of the second body, in W");
   parameters(
-      s, n + ".stiffness", 3, "N/m", nullptr, "Stiffness along the axes of W",
+      s, n + ".stiffness", 3, "Stiffness", "Stiffness along the axes of W",
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].stiffness[c]; },
-      Variability::tunable, 0);
+      Variability::tunable);
   parameters(
-      s, n + ".damping", 3, "N.s/m", nullptr, "Damping along the axes of W",
+      s, n + ".damping", 3, "Damping", "Damping along the axes of W",
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].damping[c]; },
-      Variability::tunable, 0);
+      Variability::tunable);
 }
 
 void Table::load(int l, const LoadDef& d) {
   parameters(
-      l, d.name + ".force", 3, "N", nullptr, "Constant force at the centre of mass, in W: " + d.description,
+      l, d.name + ".force", 3, "Force", "Constant force at the centre of mass, in W: " + d.description,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].force[c]; }, Variability::tunable);
   parameters(
-      l, d.name + ".torque", 3, "N.m", nullptr, "Constant torque, in W: " + d.description,
+      l, d.name + ".torque", 3, "Torque", "Constant torque, in W: " + d.description,
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.loads[o].torque[c]; }, Variability::tunable);
 }
 
 void Table::global() {
   using V = const View&;
   parameters(
-      0, "gravity", 3, "m/s2", nullptr, "Gravitational acceleration in W",
+      0, "gravity", 3, "Acceleration", "Gravitational acceleration in W",
       [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
-  output_scalar(0, "energy.kinetic", "J", nullptr, "Kinetic energy of all bodies",
+  output_scalar(0, "energy.kinetic", "Energy", "Kinetic energy of all bodies",
                 [](V v, int, int) { return v.system.kinetic_energy(v.evaluation); });
-  output_scalar(0, "energy.potential", "J", nullptr,
-                "Potential energy of gravity (zero at the origin of W) and springs",
+  output_scalar(0, "energy.potential", "Energy", "Potential energy of gravity (zero at the origin of W) and springs",
                 [](V v, int, int) { return v.system.potential_energy(v.evaluation); });
-  output_scalar(0, "energy.total", "J", nullptr, "Kinetic and potential energy", [](V v, int, int) {
+  output_scalar(0, "energy.total", "Energy", "Kinetic and potential energy", [](V v, int, int) {
     return v.system.kinetic_energy(v.evaluation) + v.system.potential_energy(v.evaluation);
   });
-  output_scalar(0, "constraint.positionResidual", "1", nullptr,
+  output_scalar(0, "constraint.positionResidual", "Residual",
                 "Largest violation of a joint equation (m, or 1 for directions)",
                 [](V v, int, int) { return v.system.position_residual(v.evaluation); });
-  output_scalar(0, "constraint.velocityResidual", "1", nullptr,
+  output_scalar(0, "constraint.velocityResidual", "Residual",
                 "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
                 [](V v, int, int) { return v.system.velocity_residual(v.evaluation); });
 }
@@ -268,27 +274,23 @@ void Table::integrator() {
   constexpr auto fixed = Variability::fixed;
   using M = Mechanism&;
   const std::string n = "integrator.";
-  auto real = [&](const char* name, const char* unit, const char* description, Parameter access) -> Variable& {
-    return parameter(0, n + name, unit, nullptr, description, access, fixed);
+  auto real = [&](const char* name, const char* type, const char* description, Parameter access) -> Variable& {
+    return parameter(0, n + name, type, description, access, fixed);
   };
-  Variable& h =
-      real("stepSize", "s", "Largest internal step", [](M m, int, int) -> double& { return m.integrator.step_size; });
-  h.min = 0;
+  Variable& h = real("stepSize", "Time", "Largest internal step",
+                     [](M m, int, int) -> double& { return m.integrator.step_size; });
   h.above_min = true;
-  Variable& rho = real("spectralRadius", "1", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
-                       [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
-  rho.min = 0;
-  rho.max = 1;
-  real("sigma", "1", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
+  real("spectralRadius", "Fraction", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
+       [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
+  real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
        [](M m, int, int) -> double& { return m.integrator.sigma; });
-  Variable& absolute = real("absoluteTolerance", "1", "Newton's method: allowed velocity increment (m/s and rad/s)",
-                            [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
-  absolute.min = 0;
+  Variable& absolute =
+      real("absoluteTolerance", "Tolerance", "Newton's method: allowed velocity increment (m/s and rad/s)",
+           [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
   absolute.above_min = true;
   Variable& relative =
-      real("relativeTolerance", "1", "Newton's method: allowed increment relative to a body's velocity",
+      real("relativeTolerance", "Tolerance", "Newton's method: allowed increment relative to a body's velocity",
            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
-  relative.min = 0;
   relative.max = 1e-2;
 
   auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
@@ -317,7 +319,7 @@ void Table::integrator() {
   option("newton", 3, [](M m) -> int& { return m.integrator.newton; });
 
   auto counter = [&](const char* name, const char* description, Output output) {
-    Variable& v = output_scalar(0, n + name, nullptr, nullptr, description, output);
+    Variable& v = output_scalar(0, n + name, nullptr, description, output);
     v.integer = true;
     v.variability = Variability::discrete;
   };

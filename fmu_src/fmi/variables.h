@@ -25,6 +25,27 @@ struct Unit {
 };
 const std::vector<Unit>& units();
 
+// Sizes that the definition of a mechanism tells, for nominal values; 0 where it tells nothing.
+struct Scales {
+  double length = 0;            // farthest body, joint or attachment point [m]
+  double velocity = 0;          // fastest body at the start [m/s]
+  double angular_velocity = 0;  // at the start [rad/s]
+  double force = 0;             // weight of all bodies [N]
+  double torque = 0;            // that weight at that length [N m]
+};
+Scales scales(const MultibodyDef& definition);
+
+// What a Real variable measures.
+struct RealType {
+  const char* name;
+  const char* quantity;      // as in the Modelica Standard Library
+  const char* unit;          // of units()
+  const char* display_unit;  // of that unit's displays, or null
+  double min, max;
+  double Scales::* nominal;  // or null
+};
+const std::vector<RealType>& real_types();
+
 struct Enumeration {
   const char* name;
   const char* description;
@@ -55,8 +76,8 @@ struct Variable {
   std::string description;
   Causality causality = Causality::output;
   Variability variability = Variability::continuous;
-  const char* unit = nullptr;          // of units(); null for integers
-  const char* display_unit = nullptr;  // of that unit's displays
+  const RealType* type = nullptr;  // null for integers
+  const char* unit = nullptr;      // of that type
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool above_min = false;  // min itself is not allowed

@@ -1,0 +1,118 @@
+"""The folder `documentation` of an FMU: index.html, fmi-ls-ref.html, the figure, and the licences."""
+
+import re
+import shutil
+from itertools import groupby
+from pathlib import Path
+
+import markdown
+from description import Description, Variable
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from reference import FOLDER, SAFETY, Experiment
+
+HERE = Path(__file__).parent
+TITLES = {
+    "body": "Body",
+    "revolute": "Revolute joint",
+    "prismatic": "Prismatic joint",
+    "joint": "Joint",
+    "support": "Support",
+}
+
+
+def write(description: Description, experiment: Experiment | None, root: Path, out: Path) -> None:
+    """Writes the documentation of a model into the FMU's folder `out`; `root` is the project's folder."""
+    folder = out / "documentation"
+    shutil.copytree(HERE / "licenses", folder / "licenses")
+    shutil.copyfile(root / "LICENSE", folder / "licenses" / "sigmafmu-BSD-3-Clause.txt")
+    figure = root / "models" / "images" / f"{description.model}.png"
+    if figure.exists():
+        shutil.copyfile(figure, folder / figure.name)
+
+    mechanisms, fmi, method = (_read(root / "docs" / name) for name in ("mechanisms.md", "fmi.md", "method.md"))
+    environment = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    facts = {
+        "fmu": description,
+        "experiment": experiment,
+        "figure": figure.name if figure.exists() else None,
+        "ls_ref": FOLDER.as_posix(),
+        "safety": SAFETY,
+    }
+    index = environment.get_template("index.html.j2").render(
+        facts,
+        frames=_html(markdown.preamble(mechanisms)),
+        mechanism=_html(markdown.section(mechanisms, description.model) or ""),
+        master=_html(fmi.partition("\n")[2]),
+        failing=_html(_section(method, "When a step fails")),
+        formulations=_html(_section(method, "What to expect of the formulations")),
+        tables=[
+            (_title(g.owner, g.kind), _anchor(g.owner), _rows(description, g.variables)) for g in description.groups
+        ],
+    )
+    (folder / "index.html").write_text(index, encoding="utf-8")
+    if experiment:
+        page = environment.get_template("fmi-ls-ref.html.j2").render(facts)
+        (folder / "fmi-ls-ref.html").write_text(page, encoding="utf-8")
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def _html(text: str) -> Markup:
+    return Markup(markdown.html(text))
+
+
+def _section(text: str, title: str) -> str:
+    found = markdown.section(text, title)
+    if found is None:
+        raise SystemExit(f"fmu_contents: docs/method.md has no section '{title}', which the FMU's documentation quotes")
+    return found
+
+
+def _title(owner: str, kind: str) -> str:
+    if kind:
+        return f"{TITLES[kind]} {owner}"
+    return owner[:1].upper() + owner[1:] or "Mechanism"
+
+
+def _anchor(owner: str) -> str:
+    return f"variables-{owner or 'mechanism'}"
+
+
+def _rows(description: Description, variables: list[Variable]) -> list[dict[str, str]]:
+    """A row for every vector or scalar."""
+    return [_row(description, list(elements)) for _, elements in groupby(variables, lambda v: v.vector)]
+
+
+def _row(description: Description, elements: list[Variable]) -> dict[str, str]:
+    first, last = elements[0], elements[-1]
+    name = first.name if len(elements) == 1 else re.sub(r"\[(\d+)\]$", rf"[\1…{len(elements)}]", first.name)
+    if len(elements) > 1 and last.name != f"{first.vector}[{len(elements)}]":
+        raise SystemExit(f"fmu_contents: the elements of {first.vector} are not in order")
+    items = description.enumerations.get(first.declared_type, [])
+    return {
+        "name": name,
+        "causality": first.causality if first.causality != "parameter" else f"{first.variability} parameter",
+        "type": first.declared_type or first.type,
+        "unit": "" if first.unit == "1" else first.unit,
+        "shown": first.displayUnit,
+        "start": _same(v.start for v in elements),
+        "min": _same(v.min for v in elements),
+        "max": _same(v.max for v in elements),
+        "description": first.description,
+        "choices": "; ".join(f"{i['value']} {i['name']}: {i.get('description', '')}" for i in items),
+    }
+
+
+def _same(values) -> str:
+    """One value if all are the same, else all of them."""
+    values = list(values)
+    return values[0] if len(set(values)) == 1 else ", ".join(values)
