@@ -17,7 +17,9 @@ import pytest
 
 import sigmafmu
 
-DIST = Path(__file__).parents[2] / "dist"
+ROOT = Path(__file__).parents[2]
+DIST = ROOT / "dist"
+ZIG_CACHE = ROOT / "build" / "cross" / "zig-cache"  # of tools/release.py: has the C++ library by now
 OLDEST_GLIBC = (2, 17)
 STEPS = 50
 POSE = 7  # position and quaternion of the first body have the value references 0 to 6
@@ -102,7 +104,8 @@ def runner(tmp_path_factory):
 
     def compile_for(name: str, compiler: list[str], *libraries: str) -> Path:
         program = folder / name
-        run(*compiler, "-std=c++17", "-O1", "-I", headers, source, *libraries, "-o", program)
+        command = [*compiler, "-std=c++17", "-I", headers, source, *libraries, "-o", program]
+        run(*command, ZIG_GLOBAL_CACHE_DIR=str(ZIG_CACHE))
         return program
 
     return compile_for

@@ -10,7 +10,9 @@ from typer.core import TyperGroup
 
 import sigmafmu
 from sigmafmu import SigmafmuError
-from sigmafmu.console import err, out, progress_bar, show_message
+from sigmafmu.console import err, out, progress_bar, show_message, split_setting
+from sigmafmu.loop.cli import register as register_loop
+from sigmafmu.loop.coupling_cli import register as register_coupling
 
 
 class _OneLineErrors(TyperGroup):
@@ -110,7 +112,7 @@ def run(
                 fmu,
                 stop_time=stop_time,
                 step_size=step_size,
-                settings=dict(_split_setting(s) for s in settings or ()),
+                settings=dict(split_setting(s) for s in settings or ()),
                 variables=variables or (),
                 on_time=move_to,
                 on_message=show_message,
@@ -192,7 +194,7 @@ def linearize(
     from sigmafmu import linearize as linear
 
     try:
-        values = {name: float(value) for name, value in map(_split_setting, settings or [])}
+        values = {name: float(value) for name, value in map(split_setting, settings or [])}
     except ValueError as error:
         raise SigmafmuError(f"a --set value is no number: {error}") from error
     result = linear.linearize(model, at, settings=values, inputs=inputs, outputs=outputs)
@@ -220,7 +222,7 @@ def realtime(
     from sigmafmu.fmu import Fmu
     from sigmafmu.realtime import run as run_paced
 
-    latency = run_paced(Fmu.of_model(model), rate, duration, dict(map(_split_setting, settings or [])))
+    latency = run_paced(Fmu.of_model(model), rate, duration, dict(map(split_setting, settings or [])))
     out.print(latency.table())
     if plot:
         latency.plot(plot)
@@ -257,12 +259,8 @@ def _write_text(path: Path, text: str) -> None:
     out.print(f"wrote {path}", soft_wrap=True)
 
 
-def _split_setting(text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not (name and equals and value):
-        raise SigmafmuError(f"--set {text}: write it as NAME=VALUE, for example integrator.sigma=1.6")
-    return name.strip(), value.strip()
-
+register_loop(app)
+register_coupling(app)
 
 if __name__ == "__main__":
     sys.exit(app())

@@ -1,4 +1,4 @@
-"""Terminal output shared by the commands: consoles and the progress bar."""
+"""What the commands share: consoles, the progress bar and the option --set."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
+from sigmafmu import SigmafmuError
 from sigmafmu.fmu import LogMessage
 
 PLAIN_WIDTH = 120
@@ -60,3 +61,11 @@ def show_message(message: LogMessage) -> None:
     """Print what an FMU reports while it runs; its complaints come with the error that ends the run."""
     if not message.is_complaint:
         err.print(str(message), style="yellow", markup=False, soft_wrap=True)
+
+
+def split_setting(text: str) -> tuple[str, str]:
+    """Name and value of an option `--set NAME=VALUE`."""
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise SigmafmuError(f"--set {text}: write it as NAME=VALUE, for example integrator.sigma=1.6")
+    return name.strip(), value.strip()

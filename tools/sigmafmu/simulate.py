@@ -67,7 +67,7 @@ def simulate(
             recorder = _Recorder(slave, recorded, rows=len(steps) + 1)
             recorder.record(0.0)
         except FMICallException as error:
-            raise SimulationError(f"{fmu.name} cannot start: {_reason(messages, error)}") from error
+            raise SimulationError(f"{fmu.name} cannot start: {reason(messages, error)}") from error
 
         wall_time, failure = 0.0, None
         try:
@@ -80,7 +80,7 @@ def simulate(
                     on_time(start + size)
         except FMICallException as error:
             reached = _last_successful_time(slave, default=recorder.time[recorder.rows - 1])
-            failure = f"{fmu.name} stopped at t = {reached:.6g} s: {_reason(messages, error)}"
+            failure = f"{fmu.name} stopped at t = {reached:.6g} s: {reason(messages, error)}"
 
         counters = _counters(slave, fmu)
         result = recorder.result(fmu.name, wall_time, counters)
@@ -113,15 +113,17 @@ def communication_steps(
 
 
 @contextmanager
-def started(fmu: Fmu, settings: Mapping[str, SettingValue]) -> Iterator[FMU2Slave]:
-    """A slave in step mode at t = 0, for masters of their own."""
-    messages: list[LogMessage] = []
+def started(
+    fmu: Fmu, settings: Mapping[str, SettingValue], messages: list[LogMessage] | None = None
+) -> Iterator[FMU2Slave]:
+    """A slave in step mode at t = 0, for masters of their own; what it reports goes to `messages`."""
+    messages = [] if messages is None else messages
     slave = fmu.instantiate(messages.append)
     try:
         try:
             _initialize(slave, parse_settings(fmu, settings), stop_time=None)
         except FMICallException as error:
-            raise SimulationError(f"{fmu.name} cannot start: {_reason(messages, error)}") from error
+            raise SimulationError(f"{fmu.name} cannot start: {reason(messages, error)}") from error
         yield slave
     finally:
         slave.freeInstance()
@@ -193,7 +195,7 @@ class _Recorder:
         )
 
 
-def _reason(messages: list[LogMessage], error: FMICallException) -> str:
+def reason(messages: list[LogMessage], error: FMICallException) -> str:
     """The FMU's own complaints, which say more than the status of the call."""
     complaints = dict.fromkeys(m.text for m in messages if m.is_complaint)
     return "; ".join(complaints) or str(error)

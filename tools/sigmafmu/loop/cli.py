@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from sigmafmu.console import out
+from sigmafmu.console import out, split_setting
 
 LoopName = Annotated[str, typer.Argument(metavar="MODEL", help="SliderCrank, HighSpeedRotor or HeavyTop.")]
 Settings = Annotated[
@@ -79,6 +79,4 @@ def ssp(
 
 
 def _start_values(settings: list[str] | None) -> dict[str, str]:
-    from sigmafmu.cli import _split_setting
-
-    return dict(map(_split_setting, settings or []))
+    return dict(map(split_setting, settings or []))

@@ -23,11 +23,11 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu
+from sigmafmu.fmu import Fmu, LogMessage
 from sigmafmu.loop.controllers import Law
 from sigmafmu.loop.loops import CONTROLLER, Loop, Part
 from sigmafmu.result import Result, Statistics
-from sigmafmu.simulate import COUNTERS, SimulationError, communication_steps, started
+from sigmafmu.simulate import COUNTERS, SimulationError, communication_steps, reason, started
 from sigmafmu.variables import SettingValue
 
 Values = Mapping[str, float]
@@ -72,10 +72,13 @@ def run_closed_loop(
     rows, wall_time = [], 0.0
     zeros = [0.0] * len(inputs)
     answers = [zeros] * (delay + 1)  # the oldest first
+    messages: list[LogMessage] = []
     with ExitStack() as stack:
-        slave = stack.enter_context(started(fmu, plant_values))
+        slave = stack.enter_context(started(fmu, plant_values, messages))
         laws = {
-            name: stack.enter_context(_law(part, controller if name == CONTROLLER else None, part_values[name]))
+            name: stack.enter_context(
+                _law(part, controller if name == CONTROLLER else None, part_values[name], messages)
+            )
             for name, part in loop.parts.items()
         }
         try:
@@ -101,7 +104,8 @@ def run_closed_loop(
             rows.append([*slave.getReal(references), *applied])
             counters = slave.getInteger(fmu.references(list(COUNTERS.values())))
         except FMICallException as error:
-            raise SimulationError(f"{loop.plant} in its loop stopped at t = {start:.6g} s: {error}") from error
+            why = reason(messages, error)
+            raise SimulationError(f"{loop.plant} in its loop stopped at t = {start:.6g} s: {why}") from error
     end = sum(samples[-1])
     return Result(
         model=loop.plant,
@@ -142,10 +146,12 @@ def split_start_values(
 
 
 @contextmanager
-def _law(part: Part, replacement: Law | Step | Fmu | None, values: dict[str, float]) -> Iterator[Step]:
+def _law(
+    part: Part, replacement: Law | Step | Fmu | None, values: dict[str, float], messages: list[LogMessage]
+) -> Iterator[Step]:
     """The law of `part`, or `replacement`, as a function; `values` are parameters of either."""
     if isinstance(replacement, Fmu):
-        with started(replacement, values) as slave:
+        with started(replacement, values, messages) as slave:
             yield _step_of_fmu(replacement, slave, part)
         return
     if replacement is None:

@@ -26,6 +26,12 @@ Page = Annotated[
 Plot = Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the results here.")]
 
 
+def register(app: typer.Typer) -> None:
+    """Add the commands to `app`."""
+    app.command(epilog="Example: sigmafmu couple --stiffness 1e5 --step-size 2e-3 --plot spring.png")(couple)
+    app.command(epilog="Example: sigmafmu sampling --step-size 8e-3 --step-size 4e-3 --plot speed.png")(sampling)
+
+
 def couple(
     stiffnesses: Annotated[
         list[float] | None, typer.Option("--stiffness", metavar="N/M", help="Stiffness of the spring (repeatable).")

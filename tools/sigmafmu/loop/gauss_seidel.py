@@ -27,8 +27,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2FMUstate
 
 from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu
-from sigmafmu.simulate import started
+from sigmafmu.fmu import Fmu, LogMessage
+from sigmafmu.simulate import SimulationError, reason, started
 from sigmafmu.variables import SettingValue, select
 
 HOLD, EXTRAPOLATED, LINEAR, MEAN = SCHEMES = ("hold", "extrapolated", "linear", "mean")
@@ -58,15 +58,21 @@ class Loop(Protocol):
 class Subsystem:
     """An FMU in step mode, with the inputs and outputs that take part in the coupling."""
 
-    def __init__(self, fmu: Fmu, slave: FMU2Slave, inputs: Sequence[str], outputs: Sequence[str]):
-        self._slave, self._saved = slave, fmi2FMUstate()
+    def __init__(
+        self, fmu: Fmu, slave: FMU2Slave, inputs: Sequence[str], outputs: Sequence[str], messages: list[LogMessage]
+    ):
+        self._slave, self._saved, self._messages = slave, fmi2FMUstate(), messages
         self._inputs, self._outputs = ([v.valueReference for v in select(fmu, names)] for names in (inputs, outputs))
 
     def step(self, t: float, H: float, begin: np.ndarray, end: np.ndarray) -> None:
-        """Communication step with inputs that go linearly from `begin` to `end`."""
-        self._slave.setReal(self._inputs, begin)
-        self._slave.setRealInputDerivatives(self._inputs, [1] * len(self._inputs), (end - begin) / H)
-        self._slave.doStep(t, H)
+        """Communication step with inputs that go linearly from `begin` to `end`; SimulationError if it fails."""
+        self._messages.clear()
+        try:
+            self._slave.setReal(self._inputs, begin)
+            self._slave.setRealInputDerivatives(self._inputs, [1] * len(self._inputs), (end - begin) / H)
+            self._slave.doStep(t, H)
+        except FMICallException as error:
+            raise SimulationError(reason(self._messages, error)) from error
 
     def outputs(self) -> np.ndarray:
         """Present values of the outputs."""
@@ -90,8 +96,9 @@ def subsystem(
     fmu: Fmu, settings: Mapping[str, SettingValue], inputs: Sequence[str], outputs: Sequence[str]
 ) -> Iterator[Subsystem]:
     """Start `fmu` at t = 0 as a part of a loop; `inputs` and `outputs` are names of scalars or vectors."""
-    with started(fmu, settings) as slave:
-        part = Subsystem(fmu, slave, inputs, outputs)
+    messages: list[LogMessage] = []
+    with started(fmu, settings, messages) as slave:
+        part = Subsystem(fmu, slave, inputs, outputs, messages)
         try:
             yield part
         finally:
@@ -188,7 +195,7 @@ def run(
                 counts[i] += _solve(residual, guess, solver, tolerance, max_iterations)
             else:
                 take(guess)
-        except (FMICallException, _NotConvergedError) as error:
+        except (SimulationError, _NotConvergedError) as error:
             raise CouplingError(f"coupling '{scheme}' failed in the step from t = {i * H:.6g} s: {error}") from error
         before, u = u, loop.signals()
         observe((i + 1) * H)
