@@ -19,7 +19,7 @@ from sigmafmu.loop.loops import LOOPS
 
 EPS = float(np.finfo(float).eps)
 H = 1e-3
-LAWS = {part.law for loop in LOOPS.values() for part in loop.parts.values()}
+LAWS = [part.law for loop in LOOPS.values() for part in loop.parts.values()]
 
 small = st.floats(-1.0, 1.0, allow_subnormal=False)
 vector = st.tuples(small, small, small).map(np.array)
