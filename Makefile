@@ -80,7 +80,7 @@ test-asan: build ## run the FMU tests against FMUs built with the address and un
 	@$(IN_VENV) cmake --build --preset asan
 	@SIGMAFMU_FMUS="$(CURDIR)/build/asan/fmus" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
 	 ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-	 $(BIN)/python -m pytest tests/fmu $(PYTEST_ARGS)
+	 $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
 
 lint: $(SETUP) ## check style: ruff and clang-format
 	@echo "lint: ruff, clang-format"
