@@ -23,7 +23,7 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format bench clean
+.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format bench study clean
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -97,6 +97,10 @@ format: $(SETUP) ## bring all sources into that style
 bench: build ## time an internal step of every mechanism
 	@echo "bench: cost of an internal step"
 	@$(BIN)/sigmafmu bench
+
+study: build ## the σ study: every method beside the paper and Exudyn -> docs/study; QUICK=1: small, -> build/study
+	@echo "study: methods beside the paper and Exudyn"
+	@$(BIN)/sigmafmu study all $(if $(QUICK),--quick --output build/study,--output docs/study)
 
 clean: ## remove what the other targets made
 	@echo "clean: $(VENV), build, demo and caches"

@@ -96,6 +96,11 @@ const std::vector<Enumeration>& enumerations() {
        "When the iteration matrix is made anew",
        {{"full", "in every step, and in every iteration that changes it"},
         {"modified", "when convergence becomes slow"}}},
+      {"SigmaMode",
+       "Which sigma a body has in a step",
+       {{"fixed", "integrator.sigma"},
+        {"spinOptimal",
+         "the optimum of bodies that spin about a slowly turning principal axis; else integrator.sigma"}}},
   };
   return table;
 }

@@ -317,6 +317,7 @@ void Table::integrator() {
   option("corrector", 1, [](M m) -> int& { return m.integrator.corrector; });
   option("jacobian", 2, [](M m) -> int& { return m.integrator.jacobian; });
   option("newton", 3, [](M m) -> int& { return m.integrator.newton; });
+  option("sigmaMode", 4, [](M m) -> int& { return m.integrator.sigma_mode; });
 
   auto counter = [&](const char* name, const char* description, Output output) {
     Variable& v = output_scalar(0, n + name, nullptr, description, output);

@@ -21,6 +21,8 @@ GeneralizedAlpha::GeneralizedAlpha(const System& system, const IntegratorSetting
       alpha_(settings.spectral_radius),
       evaluation_(system.make_evaluation()),
       start_(evaluation_.joints),
+      spin_sigma_(system, settings),
+      sigma_(system.body_count(), settings.sigma),
       matrix_(system, formulation_of(settings)),
       factorization_(matrix_.make_factorization()),
       stabilized_(settings.is(Formulation::stabilized_index2)),
@@ -44,6 +46,10 @@ State GeneralizedAlpha::make_state() const {
   s.lambda.setZero(system_.constraint_size());
   s.angle.setZero(system_.joint_count());
   if (settings_.is(Newton::modified)) s.jacobian = matrix_.make_factorization();
+  if (settings_.is(Predictor::extrapolated)) {
+    s.vdot_old = s.vdot;
+    s.lambda_old = s.lambda;
+  }
   return s;
 }
 
@@ -61,12 +67,17 @@ bool GeneralizedAlpha::initialize(State& s, const InputSignal& input) {
   if (!consistent.jerk(s.q, s.v, s.vdot, input, s.time, r_)) return false;
   s.a_step = settings_.step_size;
   s.a = s.vdot + alpha_.shift() * s.a_step * r_;
+  if (settings_.is(Predictor::extrapolated)) {
+    s.vdot_old = s.vdot - s.a_step * r_;
+    s.lambda_old = s.lambda;
+  }
   s.jacobian_step = 0;
   return s.a.allFinite();
 }
 
 void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) const {
   s.vdot += jump;
+  if (settings_.is(Predictor::extrapolated)) s.vdot_old += jump;
   s.a += jump;
 }
 
@@ -97,6 +108,7 @@ bool GeneralizedAlpha::attempt(State& state, double t, double h, const InputSign
     system_.evaluate(state.q, state.v, evaluation_);
     start_.swap(evaluation_.joints);
   }
+  if (settings_.is(SigmaMode::spin_optimal)) choose_sigma(state);
   predict(state);
   for (int i = 0; i < system_.body_count(); ++i) {
     const double angle = rotation(theta_, i).norm();
@@ -153,18 +165,31 @@ bool GeneralizedAlpha::attempt(State& state, double t, double h, const InputSign
   return false;
 }
 
-// Lines 1-7 of Alg. 1. The residual form may start from vdot_n and lambda_n: they do not change its result.
+// From the state at the start of the step alone, so that nothing of it has to be kept.
+void GeneralizedAlpha::choose_sigma(const State& s) {
+  matrix_.identity_P = true;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    sigma_[i] = spin_sigma_(i, s.v.segment<3>(6 * i + 3), s.vdot.segment<3>(6 * i + 3), h_);
+    matrix_.identity_P = matrix_.identity_P && sigma_[i] == 1.0;
+  }
+}
+
+// Lines 1-7 of Alg. 1. The residual form may start from any vdot and lambda: they do not change its result.
 void GeneralizedAlpha::predict(const State& s) {
   const auto& [alpha_m, alpha_f, beta, gamma] = alpha_;
   a_n_ = s.vdot + (h_ / s.a_step) * (s.a - s.vdot);  // a_n belongs to a step size: keeps order 2 when h changes
   mu_.setZero();
   B_mu_.setZero();
-  if (residual_form_) {
-    vdot_ = s.vdot;
-    lambda_ = s.lambda;
-  } else {
+  if (!residual_form_ || settings_.is(Predictor::zero)) {
     vdot_.setZero();
     lambda_.setZero();
+  } else {
+    vdot_ = s.vdot;
+    lambda_ = s.lambda;
+    if (settings_.is(Predictor::extrapolated)) {
+      vdot_ += (h_ / s.a_step) * (s.vdot - s.vdot_old);
+      lambda_ += (h_ / s.a_step) * (s.lambda - s.lambda_old);
+    }
   }
   a_ = ((1 - alpha_f) * vdot_ + alpha_f * s.vdot - alpha_m * a_n_) / (1 - alpha_m);
   v_ = s.v + h_ * ((1 - gamma) * a_n_ + gamma * a_);
@@ -174,9 +199,9 @@ void GeneralizedAlpha::predict(const State& s) {
     const Vector3d theta = rotation(theta_, i);
     const Vector3d v = rotation(v_, i);
     if (residual_form_) {  // (12) with (16), theta on its right side from the line above
-      rotation(theta_, i) += settings_.sigma / gamma_prime_ * (lie::tangent_inverse_times(theta, v) - v);
+      rotation(theta_, i) += sigma_[i] / gamma_prime_ * (lie::tangent_inverse_times(theta, v) - v);
     } else {  // line 6, as printed
-      rotation(theta_, i) -= settings_.sigma / gamma_prime_ * v.cross(theta);
+      rotation(theta_, i) -= sigma_[i] / gamma_prime_ * v.cross(theta);
     }
   }
   if (residual_form_) {
@@ -194,11 +219,11 @@ bool GeneralizedAlpha::prepare_matrix(const VectorXd& u) {
     if (!full || (matrix_.identity_P && !residual_form_)) continue;
     const Vector3d theta = rotation(theta_, i);
     if (!matrix_.identity_P) {
-      const Matrix3d P = settings_.sigma * Matrix3d::Identity() + (1 - settings_.sigma) * lie::tangent(theta);
+      const Matrix3d P = sigma_[i] * Matrix3d::Identity() + (1 - sigma_[i]) * lie::tangent(theta);
       matrix_.P_inverse[i] = P.inverse();
     }
     if (residual_form_) {  // gamma' U = P^-1 d(gamma' (theta - T c) - P v)/dtheta T^-1
-      const Vector3d w = rotation(c_, i) + (1 - settings_.sigma) / gamma_prime_ * rotation(v_, i);
+      const Vector3d w = rotation(c_, i) + (1 - sigma_[i]) / gamma_prime_ * rotation(v_, i);
       const Matrix3d dtheta = Matrix3d::Identity() - lie::tangent_derivative(theta, w);
       matrix_.U_rot[i] = dtheta * lie::tangent_inverse(theta);
       if (!matrix_.identity_P) matrix_.U_rot[i] = (matrix_.P_inverse[i] * matrix_.U_rot[i]).eval();
@@ -268,8 +293,7 @@ void GeneralizedAlpha::correct(const State& s) {
       theta_.segment<3>(6 * i) += dq.head<3>();
       rotation(theta_, i) += lie::tangent_inverse_times(rotation(theta_, i), dq.tail<3>());
       q_.segment<7>(7 * i) = lie::compose(s.q.segment<7>(7 * i), theta_.segment<6>(6 * i));
-      const Matrix3d P =
-          settings_.sigma * Matrix3d::Identity() + (1 - settings_.sigma) * lie::tangent(rotation(theta_, i));
+      const Matrix3d P = sigma_[i] * Matrix3d::Identity() + (1 - sigma_[i]) * lie::tangent(rotation(theta_, i));
       dv.tail<3>() = P.inverse() * dv.tail<3>();
     }
     v_.segment<6>(6 * i) += dv;
@@ -280,8 +304,8 @@ void GeneralizedAlpha::correct(const State& s) {
 // v_{n+1} from theta and mu as in the head of generalized_alpha.h, then (14), (15) and (11).
 void GeneralizedAlpha::velocities_from_motion(const State& s) {
   const auto& [alpha_m, alpha_f, beta, gamma] = alpha_;
-  const double sigma = settings_.sigma;
   for (int i = 0; i < system_.body_count(); ++i) {
+    const double sigma = sigma_[i];
     const Vector3d theta = rotation(theta_, i);
     Vector6d w = theta_.segment<6>(6 * i) - c_.segment<6>(6 * i);
     w.tail<3>() = theta - lie::tangent_times(theta, rotation(c_, i));
@@ -345,6 +369,10 @@ void GeneralizedAlpha::commit(State& s, double t) {
   s.time = t;
   s.q = q_;
   s.v = v_;
+  if (settings_.is(Predictor::extrapolated)) {
+    s.vdot_old = s.vdot;
+    s.lambda_old = s.lambda;
+  }
   s.vdot = vdot_;
   s.a = a_;
   s.lambda = lambda_;

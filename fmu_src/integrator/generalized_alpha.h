@@ -8,6 +8,7 @@
 //
 // and a_{n+1} from (14), vdot_{n+1} from (15), q_{n+1} = q_n o exp(theta): the result does not depend on the
 // predictor nor on the iteration matrix. sigma = 0 is geom1; sigma = 1 needs no tangent operator in the iteration.
+// Every body may have a sigma of its own, and another one in every step: order 2 does not depend on it.
 //
 // corrector = incremental: the increments of Algorithms 1 (index 3), 3 (stabilized index 2) and 2 (sigma != 1) as
 // printed. They never re-evaluate (12), so their leading error depends on the predictor; for reproducing the paper.
@@ -17,6 +18,7 @@
 
 #include "integrator/initial_conditions.h"
 #include "integrator/newton_matrix.h"
+#include "integrator/spin_sigma.h"
 #include "integrator/state.h"
 
 namespace sigmafmu {
@@ -54,6 +56,7 @@ class GeneralizedAlpha {
 
  private:
   bool attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure);
+  void choose_sigma(const State& state);
   void predict(const State& state);
   bool prepare_matrix(const VectorXd& u);
   void correct(const State& state);
@@ -67,6 +70,8 @@ class GeneralizedAlpha {
   AlphaParameters alpha_;
   Evaluation evaluation_;
   std::vector<JointEvaluation> start_;  // B(q_n)
+  SpinSigma spin_sigma_;
+  std::vector<double> sigma_;  // per body; changes in mode spin_optimal alone
   NewtonMatrix matrix_;
   Factorization factorization_;
 

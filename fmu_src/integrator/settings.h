@@ -8,11 +8,14 @@ enum class Formulation { index3 = 1, index2, stabilized_index2 };
 enum class Corrector { residual = 1, incremental };
 enum class Jacobian { full = 1, tangent_free };
 enum class Newton { full = 1, modified };
+enum class SigmaMode { fixed = 1, spin_optimal };
+// Where the residual form starts its iterations: the result does not depend on it, so it is no variable of the FMU.
+enum class Predictor { previous = 1, zero, extrapolated };
 
 struct IntegratorSettings {
   double step_size = 1e-3;            // h: largest internal step [s]
   double spectral_radius = 0.9;       // rho_inf in [0, 1]
-  double sigma = 1.0;                 // Eq. (13)
+  double sigma = 1.0;                 // Eq. (13); in mode spin_optimal of bodies for which there is no better one
   double absolute_tolerance = 1e-10;  // Newton: velocity increments [m/s], [rad/s]
   double relative_tolerance = 1e-8;   // Newton: relative to each body's velocity
   int max_newton_iterations = 20;     // per attempt at an internal step, then the step is halved
@@ -21,11 +24,15 @@ struct IntegratorSettings {
   int corrector = static_cast<int>(Corrector::residual);
   int jacobian = static_cast<int>(Jacobian::full);
   int newton = static_cast<int>(Newton::full);
+  int sigma_mode = static_cast<int>(SigmaMode::fixed);
+  int predictor = static_cast<int>(Predictor::previous);
 
   bool is(Formulation f) const { return formulation == static_cast<int>(f); }
   bool is(Corrector c) const { return corrector == static_cast<int>(c); }
   bool is(Jacobian j) const { return jacobian == static_cast<int>(j); }
   bool is(Newton n) const { return newton == static_cast<int>(n); }
+  bool is(SigmaMode m) const { return sigma_mode == static_cast<int>(m); }
+  bool is(Predictor p) const { return predictor == static_cast<int>(p); }
 };
 
 // Chung and Hulbert's parameters for a spectral radius rho at infinite frequency.

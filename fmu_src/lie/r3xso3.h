@@ -5,12 +5,10 @@
 // (Holzinger, Arnold, Gerstmayr 2025, Eqs. A.6, A.7, B.2).
 #pragma once
 
-#include "lie/so3.h"
+#include "lie/pose.h"
+#include "lie/rotation_maps.h"
 
 namespace sigmafmu::lie {
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Vector7d = Eigen::Matrix<double, 7, 1>;
 
 template <typename Coordinates>
 inline Quaterniond quaternion(const Coordinates& q) {
@@ -20,12 +18,70 @@ inline Quaterniond quaternion(const Coordinates& q) {
 // q o exp(theta), the local-global transition map (44). The quaternion is brought back to unit length to rounding.
 template <typename Coordinates, typename Local>
 inline Vector7d compose(const Coordinates& q, const Local& theta) {
-  Quaterniond r = quaternion(q) * exp(Vector3d(theta[3], theta[4], theta[5]));
-  r.coeffs() *= 0.5 * (3.0 - r.squaredNorm());  // one Newton step for 1/|r|: r is unit up to rounding
+  const Quaterniond r = unit_product(quaternion(q), exp(Vector3d(theta[3], theta[4], theta[5])));
   Vector7d result;
   for (int i = 0; i < 3; ++i) result[i] = q[i] + theta[i];
   result[3] = r.w(), result[4] = r.x(), result[5] = r.y(), result[6] = r.z();
   return result;
 }
+
+// The group with one of the coordinate maps of rotation_maps.h: X = (displacement in W [m], x). Translation and
+// rotation do not mix. Same functions as SE3 in se3.h, which says what they mean.
+template <class Map>
+struct R3xSO3 {
+  static Pose product(const Pose& c1, const Pose& c2) { return {c1.p + c2.p, unit_product(c1.quat, c2.quat)}; }
+  static Pose inverse(const Pose& c) { return {-c.p, c.quat.conjugate()}; }
+
+  static Pose psi(const Vector6d& X) { return {X.head<3>(), Map::quaternion(X.tail<3>())}; }  // Eqs. (29), (35)
+  static Vector6d psi_inverse(const Pose& c) {
+    Vector6d X;
+    X << c.p, Map::coordinates(c.quat);
+    return X;
+  }
+
+  static Matrix6d tangent(const Vector6d& X) {  // Eqs. (34), (36), transposed
+    const Vector3d x = X.tail<3>();
+    return with_rotation(Map::tangent(x.squaredNorm()).k.matrix(x), 1.0);
+  }
+  static Vector6d tangent_times(const Vector6d& X, const Vector6d& w) {
+    const Vector3d x = X.tail<3>();
+    return with_rotation(w, Map::tangent(x.squaredNorm()).k.times(x, w.tail<3>()));
+  }
+  static Matrix6d tangent_inverse(const Vector6d& X) {  // Eqs. (33), (37), transposed
+    const Vector3d x = X.tail<3>();
+    return with_rotation(Map::tangent_inverse(x.squaredNorm()).matrix(x), 1.0);
+  }
+  static Vector6d tangent_inverse_times(const Vector6d& X, const Vector6d& w) {
+    const Vector3d x = X.tail<3>();
+    return with_rotation(w, Map::tangent_inverse(x.squaredNorm()).times(x, w.tail<3>()));
+  }
+  static Matrix6d tangent_derivative(const Vector6d& X, const Vector6d& w) {
+    const Vector3d x = X.tail<3>();
+    return with_rotation(Map::tangent(x.squaredNorm()).derivative(x, w.tail<3>()), 0.0);
+  }
+
+  static Vector6d commutator(const Vector6d& V, const Vector6d& W) {
+    Vector6d c;
+    c << Vector3d::Zero(), V.tail<3>().cross(W.tail<3>());
+    return c;
+  }
+
+  static Vector6d velocity(const Quaterniond&, const Vector6d& mixed) { return mixed; }
+  static Vector6d mixed_velocity(const Quaterniond&, const Vector6d& V) { return V; }
+  static Vector6d acceleration(const Quaterniond&, const Vector6d&, const Vector6d& mixed_rate) { return mixed_rate; }
+  static Vector6d mixed_acceleration(const Quaterniond&, const Vector6d&, const Vector6d& Vdot) { return Vdot; }
+
+ private:
+  static Matrix6d with_rotation(const Matrix3d& rotation, double translation) {
+    Matrix6d m = Matrix6d::Zero();
+    m.topLeftCorner<3, 3>().diagonal().setConstant(translation);
+    m.bottomRightCorner<3, 3>() = rotation;
+    return m;
+  }
+  static Vector6d with_rotation(Vector6d w, const Vector3d& rotation) {
+    w.tail<3>() = rotation;
+    return w;
+  }
+};
 
 }  // namespace sigmafmu::lie

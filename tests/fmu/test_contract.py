@@ -122,6 +122,7 @@ ENUMERATIONS = {
     "integrator.corrector": (CORRECTORS, "residual"),
     "integrator.jacobian": (JACOBIANS, "full"),
     "integrator.newton": (NEWTONS, "full"),
+    "integrator.sigmaMode": (("fixed", "spinOptimal"), "fixed"),
 }
 
 

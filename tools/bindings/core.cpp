@@ -363,7 +363,12 @@ void bind_definitions(nb::module_& m) {
       .def_rw("formulation", &IntegratorSettings::formulation)
       .def_rw("corrector", &IntegratorSettings::corrector)
       .def_rw("jacobian", &IntegratorSettings::jacobian)
-      .def_rw("newton", &IntegratorSettings::newton);
+      .def_rw("newton", &IntegratorSettings::newton)
+      .def_rw("sigma_mode", &IntegratorSettings::sigma_mode)
+      .def_rw("predictor", &IntegratorSettings::predictor,
+              "vdot and lambda that the iterations of the residual form start from: 1 those of the last step "
+              "(previous), 2 zero as in Alg. 1, 3 extrapolated linearly from the last two steps. Results agree to "
+              "Newton's tolerance; only the number of iterations changes. The incremental form starts from zero.");
   nb::class_<Mechanism>(m, "Mechanism")
       .def(nb::init<>())
       .def_rw("name", &Mechanism::name)
@@ -391,11 +396,14 @@ void bind_definitions(nb::module_& m) {
 
 }  // namespace
 
+void bind_lie_groups(nb::module_& lie);  // lie.cpp
+
 NB_MODULE(_core, m) {
   m.doc() = "Core of sigmafmu: Lie group functions, equations of motion, integrator.";
   nb::set_leak_warnings(false);
   auto so3 = m.def_submodule("lie", "SO(3) and R^3 x SO(3).");
   bind_lie(so3);
+  bind_lie_groups(so3);
   bind_definitions(m);
 
   m.def("do_steps", &do_steps, nb::call_guard<nb::gil_scoped_release>(), "do_step"_a, "component"_a, "t0"_a, "H"_a,
@@ -406,6 +414,18 @@ NB_MODULE(_core, m) {
       .def_ro("alpha_f", &AlphaParameters::alpha_f)
       .def_ro("beta", &AlphaParameters::beta)
       .def_ro("gamma", &AlphaParameters::gamma);
+
+  m.def(
+      "spin_sigma",
+      [](const MultibodyDef& d, const IntegratorSettings& settings, int body, const Vector3d& w, const Vector3d& wdot,
+         double h) {
+        const System system((validate(d), d));
+        if (body < 0 || body >= system.body_count()) throw std::invalid_argument("there is no such body");
+        return SpinSigma(system, settings)(body, w, wdot, h);
+      },
+      "multibody"_a, "settings"_a, "body"_a, "w"_a, "wdot"_a, "h"_a,
+      "sigma that sigma_mode 2 (spinOptimal) gives a body for a step of h [s] that starts with angular velocity w "
+      "[rad/s] and its derivative wdot [rad/s2], both in body axes.");
 
   nb::class_<PySystem>(m, "System", "Equations of motion of a Multibody, as dense arrays.")
       .def(nb::init<const MultibodyDef&>())

@@ -1,0 +1,56 @@
+"""The command `sigmafmu study`."""
+
+import shlex
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sigmafmu import SigmafmuError
+from sigmafmu.console import err, out, progress_bar
+
+MECHANISMS = {"heavy-top": "HeavyTop", "rotor": "HighSpeedRotor", "slider-crank": "SliderCrank"}
+Subject = Enum("Subject", {name: name for name in (*MECHANISMS, "all")}, type=str)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to `app`."""
+    app.command(epilog="Example: sigmafmu study heavy-top --quick --output study")(study)
+
+
+def study(
+    subject: Annotated[Subject, typer.Argument(metavar="|".join((*MECHANISMS, "all")), help="The mechanism, or all.")],
+    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path("study"),
+    quick: Annotated[bool, typer.Option("--quick", help="A small version, for a few minutes.")] = False,
+    chapter: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this chapter (repeatable); default: all.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes that work side by side.")] = 2,
+) -> None:
+    """Measure the integrator beside the σ paper and Exudyn: CSV, figures, README.md (needs the extra `reference`).
+
+    Work that is done already is not done again: an interrupted study goes on where it was.
+    """
+    try:
+        from sigmafmu.reference.exudyn_models import load_exudyn
+        from sigmafmu.study import CHAPTERS, load, orderings, runner
+
+        load_exudyn()
+    except ModuleNotFoundError as error:
+        raise SigmafmuError("the study needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
+    for name in chapter or ():
+        if name not in CHAPTERS:
+            raise SigmafmuError(f"there is no chapter {name}; there are {', '.join(CHAPTERS)}")
+    chapters = load(tuple(name for name in CHAPTERS if not chapter or name in chapter))
+    mechanisms = list(MECHANISMS.values()) if subject.value == "all" else [MECHANISMS[subject.value]]
+    work = runner.jobs(chapters, mechanisms, quick)
+    with progress_bar(err, f"study {subject.value}", len(work), unit="cells") as move_to:
+        done = iter(range(1, len(work) + 1))
+        results = runner.run(work, output, workers, lambda: move_to(next(done)))
+    words = ["sigmafmu", "study", subject.value, *(["--quick"] if quick else [])]
+    words += [word for name in chapter or () for word in ("--chapter", name)]
+    out.print(f"wrote {runner.write_report(chapters, results, output, shlex.join(words))}", soft_wrap=True)
+    broken = orderings.violations(results.get(orderings.CHAPTER.name, {}))
+    if broken:
+        raise SigmafmuError("these do not hold: " + "; ".join(broken))

@@ -1,0 +1,188 @@
+"""Does the cells of chapters in parallel, keeps their results on disk, and writes the report.
+
+A kept result is used again when nothing it depends on has changed: the function's module and arguments, the core, the
+FMUs, the references and Exudyn.
+"""
+
+import hashlib
+import inspect
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sigmafmu
+from sigmafmu import SigmafmuError, _core, bench
+from sigmafmu.study.chapter import Cell, Chapter, Results
+
+CELLS = ".cells"
+"""Folder of the kept results, inside the results folder."""
+
+Job = tuple[Chapter, str, Cell]  # with the mechanism
+
+
+def jobs(chapters: Iterable[Chapter], mechanisms: Sequence[str], quick: bool) -> list[Job]:
+    """All the work; the cells of a chapter and mechanism must have different keys."""
+    result: list[Job] = []
+    for chapter in chapters:
+        for mechanism in mechanisms:
+            if mechanism not in chapter.mechanisms:
+                continue
+            cells = chapter.cells(mechanism, quick)
+            keys = [cell.key for cell in cells]
+            if len(set(keys)) < len(keys):
+                raise ValueError(f"chapter {chapter.name}, {mechanism}: two cells have the same key")
+            result += [(chapter, mechanism, cell) for cell in cells]
+    return result
+
+
+def run(work: Sequence[Job], folder: Path, workers: int, advance: Callable[[], None]) -> dict[str, Results]:
+    """Results by chapter; `advance` is called for every cell. What has to run alone comes last, one after the other."""
+    store = _Store(folder)
+    results: dict[str, dict[str, dict[str, Any]]] = {}
+    for chapter, mechanism, _ in work:
+        results.setdefault(chapter.name, {}).setdefault(mechanism, {})
+
+    def finish(job: Job, result: dict[str, Any]) -> None:
+        chapter, mechanism, cell = job
+        results[chapter.name][mechanism][cell.key] = result
+        advance()
+
+    missing = []
+    for job in work:
+        kept = store.load(job)
+        if kept is None:
+            missing.append(job)
+        else:
+            finish(job, kept)
+    together = [job for job in missing if not job[2].alone]
+    alone = [job for job in missing if job[2].alone]
+    for part, processes in ((together, workers), (alone, 1)):
+        if part:
+            for job, result in _work_off(part, processes):
+                finish(job, store.save(job, result))
+    return {  # in the order of the cells, however they finished
+        name: {
+            mechanism: {c.key: found[c.key] for chapter, m, c in work if (chapter.name, m) == (name, mechanism)}
+            for mechanism, found in by_mechanism.items()
+        }
+        for name, by_mechanism in results.items()
+    }
+
+
+def write_report(chapters: Iterable[Chapter], results: dict[str, Results], folder: Path, command: str) -> Path:
+    """Every chapter's files, and README.md with all sections."""
+    parts = [
+        "# Study of the σ-modified generalized-α method\n\n"
+        f"Written by `{command}` on {bench.machine()}. Errors are against independent solutions in minimal coordinates "
+        "(`sigmafmu.reference.minimal_coordinates`). The story is in `docs/study.md`.\n"
+    ]
+    for chapter in chapters:
+        if chapter.name in results:
+            parts.append(f"\n## {chapter.title}\n\n{chapter.report(results[chapter.name], folder).strip()}\n")
+    path = folder / "README.md"
+    path.write_text("".join(parts), encoding="utf-8")
+    return path
+
+
+def _work_off(part: Sequence[Job], processes: int) -> Iterable[tuple[Job, dict[str, Any]]]:
+    # spawned, not forked: what this process has loaded (Exudyn has two modules) does not matter
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context, initializer=_start_worker) as pool:
+        running: dict[Future, Job] = {pool.submit(job[2].function, *job[2].arguments): job for job in part}
+        try:
+            for future in as_completed(running):
+                chapter, mechanism, cell = job = running[future]
+                try:
+                    yield job, future.result()
+                except Exception as error:
+                    raise RuntimeError(f"study, {chapter.name}, {mechanism}, {cell.key}: {error}") from error
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _start_worker() -> None:
+    """Silence Exudyn, which prints from C++, and load its fast module where the processor has AVX2."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    try:
+        from sigmafmu.reference.exudyn_models import load_exudyn
+
+        load_exudyn(fast=True)
+    except (ModuleNotFoundError, RuntimeError):
+        pass
+
+
+class _Store:
+    """One JSON file for each cell, with a fingerprint of what its result depends on."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / CELLS
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            (self.folder / ".gitignore").write_text("*\n", encoding="utf-8")
+        except OSError as error:
+            raise SigmafmuError(f"cannot write {folder}: {error.strerror}") from error
+
+    def _path(self, job: Job) -> Path:
+        chapter, mechanism, cell = job
+        readable = "".join(c if c.isalnum() or c in "-_." else "_" for c in cell.key)[:60]
+        name = f"{readable}-{hashlib.sha256(cell.key.encode()).hexdigest()[:8]}.json"
+        return self.folder / chapter.name / mechanism / name
+
+    def load(self, job: Job) -> dict[str, Any] | None:
+        try:
+            kept = json.loads(self._path(job).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return kept["result"] if kept.get("fingerprint") == fingerprint(job[2]) else None
+
+    def save(self, job: Job, result: dict[str, Any]) -> dict[str, Any]:
+        """Keep the result; returns it as it would be loaded."""
+        text = json.dumps({"fingerprint": fingerprint(job[2]), "result": result}, default=_plain)
+        path = self._path(job)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_suffix(".new")
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(path)
+        return json.loads(text)["result"]
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"a cell returned a {type(value).__name__}, which JSON cannot hold")
+
+
+def fingerprint(cell: Cell) -> str:
+    """Changes with whatever a cell's result depends on."""
+    module = inspect.getmodule(cell.function)
+    own = Path(module.__file__).read_bytes() if module and module.__file__ else b""
+    parts = (_environment(), own, cell.function.__qualname__, repr(cell.arguments))
+    return _digest(*(part if isinstance(part, bytes) else part.encode() for part in parts))
+
+
+@lru_cache(maxsize=1)
+def _environment() -> str:
+    try:
+        peer = version("exudyn")
+    except PackageNotFoundError:
+        peer = "none"
+    package = Path(sigmafmu.__file__).parent
+    files = [Path(_core.__file__), *(sigmafmu.fmu_path(model) for model in sigmafmu.models())]
+    files += [*sorted((package / "reference").glob("*.py")), package / "study" / "runs.py"]
+    return _digest(sigmafmu.__version__.encode(), peer.encode(), *(Path(file).read_bytes() for file in files))
+
+
+def _digest(*parts: bytes) -> str:
+    result = hashlib.sha256()
+    for part in parts:
+        result.update(len(part).to_bytes(8, "little"))
+        result.update(part)
+    return result.hexdigest()
