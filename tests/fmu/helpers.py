@@ -25,9 +25,9 @@ Settings = Mapping[str, SettingValue]
 
 
 def integrator_combinations() -> list[Settings]:
-    """Every choice of formulation, corrector, jacobian and newton."""
+    """Every choice of formulation, corrector, jacobian and newton; and a sigma of its own for each body."""
     names = ("formulation", "corrector", "jacobian", "newton")
-    return [
+    return [{"integrator.sigmaMode": "spinOptimal"}] + [
         {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
         for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS)
     ]
