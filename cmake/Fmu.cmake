@@ -8,7 +8,7 @@ add_library(sigmafmu_slave STATIC
   fmu_src/fmi/variables.cpp)
 target_link_libraries(sigmafmu_slave PUBLIC sigmafmu_core)
 
-add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp)
+add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unload.cpp)
 target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
 target_include_directories(sigmafmu_fmi2 SYSTEM PUBLIC ${FMI2_INCLUDE_DIR})
 

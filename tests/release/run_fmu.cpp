@@ -13,10 +13,12 @@ static void* symbol(void* library, const char* name) {
   return reinterpret_cast<void*>(GetProcAddress(static_cast<HMODULE>(library), name));
 }
 static void* open(const char* path) { return LoadLibraryA(path); }
+static bool close(void* library) { return FreeLibrary(static_cast<HMODULE>(library)); }
 #else
 #include <dlfcn.h>
 static void* symbol(void* library, const char* name) { return dlsym(library, name); }
 static void* open(const char* path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
+static bool close(void* library) { return dlclose(library) == 0; }
 #endif
 
 static void logger(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String message, ...) {
@@ -63,4 +65,5 @@ int main(int argc, char** argv) {
   }
   expect_ok(fmi2Terminate(c), "fmi2Terminate");
   fmi2FreeInstance(c);
+  return close(library) ? 0 : 1;  // what is left of the library would crash from here on
 }
