@@ -64,7 +64,7 @@ release: build ## compile the FMUs' sources for old Linux distributions and for 
 
 test-release: release ## run the tests of the released FMUs
 	@echo "test-release: pytest on the FMUs in dist"
-	@$(BIN)/python -m pytest -m release $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest -n auto -m release $(PYTEST_ARGS)
 	@SIGMAFMU_FMUS="$(CURDIR)/dist" $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
 
 test-tsan: build ## run FMU instances in threads under the thread sanitizer
