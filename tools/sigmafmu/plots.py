@@ -44,12 +44,17 @@ def plot(result: Result, path: Path | str, reference: Reference | None = None) -
         except NotRecordedError:
             figure = general(result)
         FigureCanvasAgg(figure)
-        try:
-            figure.savefig(path)
-        except OSError as error:
-            raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
-        except ValueError as error:  # a file type that matplotlib does not know
-            raise SigmafmuError(f"cannot write {path}: {error}") from error
+        save(figure, path)
+
+
+def save(figure: Figure, path: Path | str) -> None:
+    """Write the figure; SigmafmuError if the file cannot be written or matplotlib does not know its type."""
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise SigmafmuError(f"cannot write {path}: {error}") from error
 
 
 def heavy_top(result: Result, reference: Reference | None) -> Figure:

@@ -9,12 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sigmafmu import SigmafmuError
 from sigmafmu.loop.controllers.axis_attitude import AxisAttitude
 from sigmafmu.loop.controllers.magnetic_bearings import MagneticBearings
 from sigmafmu.loop.controllers.speed_pi import SpeedPI
 from sigmafmu.loop.performance import axis_error, whirl
-from sigmafmu.plots import COLORS, STYLE
+from sigmafmu.plots import COLORS, STYLE, save
 from sigmafmu.result import Result
 
 ON, OFF, WANTED = COLORS[0], COLORS[1], COLORS[5]
@@ -28,12 +27,7 @@ def plot(closed: Result, uncontrolled: Result, law: SpeedPI | MagneticBearings |
         figure = Figure(figsize=(10, 6), layout="constrained")
         FigureCanvasAgg(figure)
         FIGURES[closed.model](figure, closed, uncontrolled, law)
-        try:
-            figure.savefig(path)
-        except OSError as error:
-            raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
-        except ValueError as error:  # a file type that matplotlib does not know
-            raise SigmafmuError(f"cannot write {path}: {error}") from error
+        save(figure, path)
 
 
 def _speed(figure: Figure, closed: Result, uncontrolled: Result, law: SpeedPI) -> None:

@@ -45,11 +45,6 @@ def best_sigma(mechanism: str, h: float, stop_time: float, settings: dict[str, f
     return float(minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": 1e-2}).x)
 
 
-def converge_peer(mechanism: str, steps: Sequence[float], stop_time: float, settings: dict[str, Any]) -> dict[str, Any]:
-    """Runs of Exudyn with all `steps`."""
-    return {"runs": [runs.exudyn(mechanism, h, stop_time, **settings) for h in steps]}
-
-
 class Convergence:
     """Figs. 3, 4, 7, 10."""
 
@@ -75,7 +70,7 @@ class Convergence:
             for label in PEERS:
                 key = f"{FORMULATION_NAMES[formulation]}/Exudyn/{label}"
                 settings = cases.peer_settings(mechanism, formulation, label)
-                result.append(Cell(key, converge_peer, (*common, settings)))
+                result.append(Cell(key, runs.exudyn_steps, (*common, settings)))
         return result
 
     def report(self, results: Results, folder: Path) -> str:

@@ -70,11 +70,6 @@ def iterate(mechanism: str, steps: Sequence[float], stop_time: float, settings: 
     return {"runs": [runs.ours(mechanism, h, stop_time, **settings) for h in steps]}
 
 
-def iterate_peer(mechanism: str, steps: Sequence[float], stop_time: float, settings: dict[str, Any]) -> dict[str, Any]:
-    """Runs of Exudyn with all `steps`."""
-    return {"runs": [runs.exudyn(mechanism, h, stop_time, **settings) for h in steps]}
-
-
 class Iterations:
     """The table behind the text of section 7."""
 
@@ -99,7 +94,7 @@ class Iterations:
                 for variant, chosen in PEER_VARIANTS.items():
                     key = f"{FORMULATION_NAMES[formulation]}/Exudyn/{variant}/{label}"
                     settings = cases.peer_settings(mechanism, formulation, label, **chosen)
-                    result.append(Cell(key, iterate_peer, (*common, settings)))
+                    result.append(Cell(key, runs.exudyn_steps, (*common, settings)))
         return result
 
     def report(self, results: Results, folder: Path) -> str:

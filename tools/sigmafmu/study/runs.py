@@ -5,7 +5,7 @@ over equidistant samples of the run (the start is none), or at the end. A run th
 not halved here, for the step size is what the study varies.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from time import process_time
 from typing import Any
@@ -114,6 +114,11 @@ def exudyn(mechanism: str, h: float, stop_time: float, **settings: Any) -> Run:
         "iterations": run.newton_iterations / run.steps,
         "jacobians": run.jacobians / run.steps,
     }
+
+
+def exudyn_steps(mechanism: str, steps: Sequence[float], stop_time: float, settings: Mapping[str, Any]) -> Run:
+    """A cell: runs of Exudyn with all `steps`."""
+    return {"runs": [exudyn(mechanism, h, stop_time, **settings) for h in steps]}
 
 
 def seconds(mechanism: str, h: float, stop_time: float, rounds: int, **settings: float) -> float:
