@@ -49,7 +49,7 @@ void Slave::reset() {
 void Slave::build() {
   engine_ = std::make_unique<Engine>(mechanism_);
   const System& system = engine_->system;
-  data_.state = engine_->integrator.make_state();
+  data_.state = engine_->integrator->make_state();
   if (data_.input.derivative[0].size() != system.input_size()) data_.input = InputSignal(system.input_size());
   data_.last_input = data_.input.derivative[0];
   data_.vdot_before_jump.setZero(system.velocity_size());
@@ -109,7 +109,7 @@ void Slave::initialize() {
   } catch (const std::exception& e) {
     throw Discarded(e.what());
   }
-  if (!engine_->integrator.initialize(data_.state, data_.input)) {
+  if (!engine_->integrator->initialize(data_.state, data_.input)) {
     throw Discarded("The accelerations at the start cannot be computed: redundant joints, or a value that overflows.");
   }
   data_.last_input = data_.input.derivative[0];
@@ -325,7 +325,7 @@ void Slave::absorb_jump() {
   }
   accelerations_or_discard(s.q, s.v, outputs_.u, vdot_after_, lambda_scratch_);
   vdot_after_ -= vdot_before_;
-  engine_->integrator.shift_accelerations(s, vdot_after_);
+  engine_->integrator->shift_accelerations(s, vdot_after_);
   data_.parameter_jump = false;
   data_.last_input = outputs_.u;
 }
@@ -360,8 +360,8 @@ bool Slave::do_step(double t, double H) {
   bool ok = true;
   for (std::int64_t i = 1; ok && i <= n; ++i) {
     StepFailure failure;
-    ok = engine_->integrator.step(s, i == n ? t + H : t + H * (static_cast<double>(i) / static_cast<double>(n)),
-                                  data_.input, failure);
+    ok = engine_->integrator->step(s, i == n ? t + H : t + H * (static_cast<double>(i) / static_cast<double>(n)),
+                                   data_.input, failure);
     if (!ok) describe_failure(failure);
   }
   data_.input.value(s.time, data_.last_input);
@@ -389,6 +389,9 @@ void Slave::describe_failure(const StepFailure& f) {
       break;
     case StepFailure::Reason::singular:
       text << "the iteration matrix is singular";
+      break;
+    case StepFailure::Reason::inaccurate:
+      text << "its error is estimated as " << f.measure << " times the tolerance, largest in body " << body;
       break;
     case StepFailure::Reason::not_finite:
       text << "the motion of body " << body << " is not finite";

@@ -11,7 +11,7 @@
 
 #include "fmi/snapshot.h"
 #include "fmi/variables.h"
-#include "integrator/generalized_alpha.h"
+#include "integrator/integrator.h"
 
 namespace sigmafmu {
 
@@ -66,8 +66,9 @@ class Slave {
   struct Engine {
     System system;
     ConsistentSolver solver;
-    GeneralizedAlpha integrator;
-    explicit Engine(const Mechanism& m) : system(m.multibody), solver(system), integrator(system, m.integrator) {}
+    std::unique_ptr<Integrator> integrator;
+    explicit Engine(const Mechanism& m)
+        : system(m.multibody), solver(system), integrator(make_integrator(system, m.integrator)) {}
   };
   // Outputs of one point, computed as far as asked for.
   struct Outputs {

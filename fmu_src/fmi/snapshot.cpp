@@ -9,7 +9,7 @@ namespace sigmafmu {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 
 // The one list of what a snapshot consists of; `archive` writes or reads each item.
 template <typename Archive, typename AnySnapshot>
@@ -21,8 +21,8 @@ void visit(Archive& archive, AnySnapshot& s) {
   archive(s.last_input), archive(s.parameter_jump), archive(s.vdot_before_jump);
   auto& x = s.state;
   archive(x.time), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda), archive(x.angle);
-  archive(x.a_step), archive(x.counters), archive(x.jacobian.values), archive(x.jacobian.pivots);
-  archive(x.jacobian_step);
+  archive(x.last_step), archive(x.counters), archive(x.mean_velocity), archive(x.mean_acceleration);
+  archive(x.next_step), archive(x.jacobian.values), archive(x.jacobian.pivots), archive(x.jacobian_step);
 }
 
 class Writer {

@@ -40,12 +40,15 @@ double joint_rate(const View& view, int j, int) {
   return joint.coordinate_rate(side(view, joint.body1()), side(view, joint.body2()));
 }
 
-const RealType& real_type(const std::string& name) {
-  for (const RealType& type : real_types()) {
+template <typename Type>
+const Type& named(const std::vector<Type>& table, const std::string& name) {
+  for (const Type& type : table) {
     if (type.name == name) return type;
   }
-  throw std::logic_error("no type " + name + " in real_types()");
+  throw std::logic_error("no type " + name);
 }
+const RealType& real_type(const std::string& name) { return named(real_types(), name); }
+const Enumeration& enumeration(const std::string& name) { return named(enumerations(), name); }
 
 // Adds variables to the table; one call per row of the interface's tables.
 class Table {
@@ -309,15 +312,19 @@ void Table::integrator() {
           "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step", 0,
           20, [](M m) -> int& { return m.integrator.max_halvings; });
 
-  auto option = [&](const char* name, int enumeration, int& (*access)(M)) {
-    const Enumeration& e = enumerations()[enumeration];
+  auto option = [&](const char* name, const char* type, int& (*access)(M)) {
+    const Enumeration& e = enumeration(type);
     integer(name, e.description, 1, static_cast<int>(e.items.size()), access).enumeration = &e;
   };
-  option("formulation", 0, [](M m) -> int& { return m.integrator.formulation; });
-  option("corrector", 1, [](M m) -> int& { return m.integrator.corrector; });
-  option("jacobian", 2, [](M m) -> int& { return m.integrator.jacobian; });
-  option("newton", 3, [](M m) -> int& { return m.integrator.newton; });
-  option("sigmaMode", 4, [](M m) -> int& { return m.integrator.sigma_mode; });
+  option("method", "Method", [](M m) -> int& { return m.integrator.method; });
+  option("group", "Group", [](M m) -> int& { return m.integrator.group; });
+  option("localCoordinates", "LocalCoordinates", [](M m) -> int& { return m.integrator.local_coordinates; });
+  option("absoluteCoordinates", "AbsoluteCoordinates", [](M m) -> int& { return m.integrator.absolute_coordinates; });
+  option("formulation", "Formulation", [](M m) -> int& { return m.integrator.formulation; });
+  option("corrector", "Corrector", [](M m) -> int& { return m.integrator.corrector; });
+  option("jacobian", "Jacobian", [](M m) -> int& { return m.integrator.jacobian; });
+  option("newton", "Newton", [](M m) -> int& { return m.integrator.newton; });
+  option("sigmaMode", "SigmaMode", [](M m) -> int& { return m.integrator.sigma_mode; });
 
   auto counter = [&](const char* name, const char* description, Output output) {
     Variable& v = output_scalar(0, n + name, nullptr, description, output);

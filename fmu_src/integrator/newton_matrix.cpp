@@ -15,20 +15,24 @@ void write_transposed(const JointRows& A, double* out, int columns, int at) {
   }
 }
 
-// row (m x 6) += A_r X, with A_r the rotational columns of A and X 3x3, into the rotational columns.
-void add_rotation_product(const JointRows& A, const Matrix3d& X, double* row) {
+// row (m x 6) += A_N X in the last N columns, A_N those columns of A.
+template <int N>
+void add_product(const JointRows& A, const Eigen::Matrix<double, N, N>& X, double* row) {
+  constexpr int first = kVelocitiesPerBody - N;
   for (int r = 0; r < A.rows(); ++r, row += kVelocitiesPerBody) {
-    const double* a = A.data() + r * kVelocitiesPerBody + 3;
-    for (int c = 0; c < 3; ++c) row[3 + c] += a[0] * X(0, c) + a[1] * X(1, c) + a[2] * X(2, c);
+    const double* a = A.data() + r * kVelocitiesPerBody + first;
+    for (int c = 0; c < N; ++c) {
+      double sum = a[0] * X(0, c);
+      for (int k = 1; k < N; ++k) sum += a[k] * X(k, c);
+      row[first + c] += sum;
+    }
   }
 }
 
 }  // namespace
 
 NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
-    : U_rot(system.body_count(), Matrix3d::Identity()),
-      P_inverse(system.body_count(), Matrix3d::Identity()),
-      system_(system),
+    : system_(system),
       D_(system.body_count(), Matrix6d::Zero()),
       formulation_(formulation),
       lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
@@ -39,32 +43,37 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
   }
 }
 
-bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, double h,
-                             const AlphaParameters& alpha, Factorization& f) {
+template <int N>
+bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, const StepScales& step,
+                             const BodyTangents<N>& tangents, Factorization& f) {
   const bool stabilized = formulation_ == Formulation::stabilized_index2;
-  const double kappa = (1 - alpha.alpha_m) / (1 - alpha.alpha_f);
-  const double gamma_h = alpha.gamma * h;
-  const double beta_h2 = alpha.beta * h * h;
-  const double inverse_gamma_prime = h * alpha.beta / alpha.gamma;
+  const double kappa = step.scale * step.beta_prime;
+  const double damping = step.scale * step.gamma_prime;
+  const double inverse_gamma_prime = 1 / step.gamma_prime;
   const int bodies = system_.body_count();
 
   lu_.clear(f);
   const auto& pairs = system_.pattern().body_pairs;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {  // S = (kappa M + gamma h C) U + beta h^2 K
+  for (std::size_t p = 0; p < pairs.size(); ++p) {  // (kappa M + scale gamma' C) U + kappa M E + scale K
     const auto [i, j] = pairs[p];
-    Matrix6d S = gamma_h * e.C[p];
+    Matrix6d S = damping * e.C[p];
     if (i == j) {
       S.diagonal().head<3>().array() += kappa * system_.body(i).mass;
       S.bottomRightCorner<3, 3>() += kappa * system_.body(i).J;
     }
     if (stabilized && i == j) {  // D P^-1
       D_[i] = S;
-      if (!identity_P) D_[i].rightCols<3>() = S.rightCols<3>() * P_inverse[i];
+      if (!tangents.identity_P) D_[i].template rightCols<N>() = S.template rightCols<N>() * tangents.P_inverse[i];
     }
     using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
     Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
-    block.leftCols<3>() = S.leftCols<3>() + beta_h2 * e.K[p].leftCols<3>();
-    block.rightCols<3>() = S.rightCols<3>() * U_rot[j] + beta_h2 * e.K[p].rightCols<3>();
+    block.template rightCols<N>() = S.template rightCols<N>() * tangents.U[j];
+    if constexpr (N == 3) {
+      block.template leftCols<3>() = S.template leftCols<3>();
+    } else if (i == j) {
+      block.template topRows<3>() += kappa * system_.body(i).mass * tangents.E[i];
+    }
+    block += step.scale * e.K[p];
   }
 
   for (const auto& [joint, body, side] : system_.pattern().incidences) {
@@ -81,12 +90,12 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
     for (int i = 0; i < values; ++i) row[i] = inverse_gamma_prime * Z.data()[i];
     if (!stabilized) {
       for (int r = 0; r < m; ++r) {
-        for (int c = 0; c < 3; ++c) row[r * kVelocitiesPerBody + c] += B(r, c);
+        for (int c = 0; c < kVelocitiesPerBody - N; ++c) row[r * kVelocitiesPerBody + c] += B(r, c);
       }
-      add_rotation_product(B, U_rot[body], row);
+      add_product<N>(B, tangents.U[body], row);
       continue;
     }
-    add_rotation_product(B, U_rot[body] - Matrix3d::Identity(), row);
+    add_product<N>(B, tangents.U[body] - BodyTangents<N>::Block::Identity(), row);
 
     // D P^-1 B_n^T. The damping between two bodies is left out: mu is as small as the truncation error.
     const JointRows& Bn = B_n[joint].B[side];
@@ -101,7 +110,9 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
   if (stabilized) {
     for (const auto& [joint1, side1, joint2, side2, body] : shared_) {  // += B P^-1 B_n^T, lower right corner
       JointRows BP = e.joints[joint1].B[side1];
-      if (!identity_P) BP.rightCols<3>() = (BP.rightCols<3>() * P_inverse[body]).eval();
+      if (!tangents.identity_P) {
+        BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[body]).eval();
+      }
       const JointRows& Bn = B_n[joint2].B[side2];
       const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
       double* out = lu_.block(f, bodies + joint1, bodies + joint2).data() + rows * 2 * columns + columns;
@@ -116,5 +127,10 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
   }
   return lu_.factorize(f);
 }
+
+template bool NewtonMatrix::factorize(const Evaluation&, const std::vector<JointEvaluation>&, const StepScales&,
+                                      const BodyTangents<3>&, Factorization&);
+template bool NewtonMatrix::factorize(const Evaluation&, const std::vector<JointEvaluation>&, const StepScales&,
+                                      const BodyTangents<6>&, Factorization&);
 
 }  // namespace sigmafmu

@@ -1,12 +1,14 @@
-// The iteration matrix of one Newton step, scaled with beta h^2 so that its condition does not grow as h -> 0
-// (Bottasso, Dopico, Trainelli 2008). Unknowns: motion increments Delta q of the bodies, beta h^2 Delta lambda and,
-// for the stabilized index-2 form, Delta mu. With
+// The iteration matrix of one Newton step of an implicit method, scaled so that its condition does not grow as h -> 0
+// (Bottasso, Dopico, Trainelli 2008). Unknowns: motion increments Delta q of the bodies (translation in W, rotation in
+// body axes), Delta lambda times `scale` and, for the stabilized index-2 form, Delta mu. With
 //
-//   U_i = diag(I, U_rot)     dv/d(motion) / gamma',   D_i = kappa M_i + gamma h C_ii,   kappa = beta h^2 beta'
+//   gamma' U_i = dv/d(motion),   beta' (U_i + E_i) = dvdot/d(motion),   D_i = kappa M_i + scale gamma' C_ii
 //
-//   dynamics   [ kappa M U + gamma h C U + beta h^2 K     B^T   D P^-1 B_n^T ]
-//   Phi        [ B                                         0     0            ]
-//   Phi'/gamma'[ Z/gamma' + B U                            0     B P^-1 B_n^T ]
+// of the mixed velocities, kappa = scale beta':
+//
+//   dynamics   [ kappa M (U + E) + scale gamma' C U + scale K     B^T   D P^-1 B_n^T ]
+//   Phi        [ B                                                 0     0            ]
+//   Phi'/gamma'[ Z/gamma' + B U                                    0     B P^-1 B_n^T ]
 //
 // which are Eqs. (67) and (D.2), scaled; in the stabilized form the second row is subtracted from the third, so that
 // only small terms couple mu to the motion. Index 2 has the third row in place of the second.
@@ -18,18 +20,36 @@
 
 namespace sigmafmu {
 
+// The step size enters an implicit method by these alone: V and Vdot are affine functions of theta and V.
+struct StepScales {
+  double gamma_prime;  // dV/dtheta at theta = 0 [1/s]
+  double beta_prime;   // dVdot/dV gamma' [1/s2]
+  double scale;        // of dynamics and multipliers, about 1/beta' [s2]
+};
+
+// What the matrix needs of each body. In the last N velocities, 3 on R^3 x SO(3) and 6 on SE(3), U and P differ from
+// the identity. E has translational rows alone and is zero on R^3 x SO(3).
+template <int N>
+struct BodyTangents {
+  using Block = Eigen::Matrix<double, N, N>;
+  using Rows = Eigen::Matrix<double, 3, N>;
+  std::vector<Block> U, P_inverse;
+  std::vector<Rows> E;
+  bool identity_P = false;
+
+  explicit BodyTangents(int bodies)
+      : U(bodies, Block::Identity()), P_inverse(bodies, Block::Identity()), E(bodies, Rows::Zero()) {}
+};
+
 class NewtonMatrix {
  public:
   NewtonMatrix(const System& system, Formulation formulation);
 
-  // Per body: U_rot and P^-1, 3x3; set by the corrector before factorize().
-  std::vector<Matrix3d> U_rot, P_inverse;
-  bool identity_P = true;  // sigma = 1
-
   Factorization make_factorization() const { return lu_.make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `B_n` the constraint gradients at the start of the step.
-  [[nodiscard]] bool factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, double h,
-                               const AlphaParameters& alpha, Factorization& f);
+  template <int N>
+  [[nodiscard]] bool factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, const StepScales& step,
+                               const BodyTangents<N>& tangents, Factorization& f);
   // Offsets into the vector of unknowns.
   int size() const { return lu_.size(); }
   int body_offset(int body) const { return lu_.offset(body); }

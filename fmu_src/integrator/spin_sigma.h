@@ -15,7 +15,8 @@
 //   resolved  h W sqrt(sigma*) is small: sigma* comes from an expansion in h W.
 //
 // Bodies with joints keep integrator.sigma: in index 3 a sigma that changes makes the multipliers oscillate, and in the
-// other forms the best one depends on the motion. So does every body in the incremental form.
+// other forms the best one depends on the motion. So does every body in the incremental form, and on other groups or
+// coordinate maps than R^3 x SO(3) with exp, for which it is derived.
 #pragma once
 
 #include <Eigen/Eigenvalues>
@@ -32,7 +33,9 @@ namespace sigmafmu {
 class SpinSigma {
  public:
   SpinSigma(const System& system, const IntegratorSettings& settings) : given_(settings.sigma) {
-    std::vector<bool> qualified(system.body_count(), settings.is(Corrector::residual));
+    const bool derived =
+        settings.is(Corrector::residual) && settings.is(LieGroup::r3xso3) && settings.is(CoordinateMap::exponential);
+    std::vector<bool> qualified(system.body_count(), derived);
     for (const auto& incidence : system.pattern().incidences) qualified[incidence.body] = false;
     const AlphaParameters alpha(settings.spectral_radius);
     for (int i = 0; i < system.body_count(); ++i) bodies_.push_back(principal(system.body(i).J, alpha, qualified[i]));

@@ -20,11 +20,15 @@ struct State {
   Eigen::VectorXd q;       // per body p_WB [m], quat_WB (w, x, y, z)
   Eigen::VectorXd v;       // per body v_WB in W [m/s], w_WB_B in B [rad/s]
   Eigen::VectorXd vdot;    // [m/s2], [rad/s2]
-  Eigen::VectorXd a;       // algorithmic acceleration, approximates vdot(time + (alpha_m - alpha_f) a_step)
+  Eigen::VectorXd a;       // algorithmic acceleration, approximates Vdot(time + (alpha_m - alpha_f) last_step)
   Eigen::VectorXd lambda;  // multipliers [N or N m], joint after joint
   Eigen::VectorXd angle;   // per joint: angle of a revolute joint with its turns [rad], 0 for other joints
-  double a_step = 0;       // step size for which `a` holds [s]
+  double last_step = 0;    // step size for which `a`, the means below and jacobian hold [s]
   StepCounters counters;
+  // BLieDF alone: theta/h and the change of V over h in the last step. V, Vdot, a and these belong to the group: on
+  // SE(3) their translations are resolved in the body.
+  Eigen::VectorXd mean_velocity, mean_acceleration;
+  double next_step = 0;  // rkmk54 alone: step size that its error control proposes (0: none yet) [s]
   // Modified Newton alone: the matrix it keeps from step to step, and the step size it was made for (0: none yet).
   Factorization jacobian;
   double jacobian_step = 0;

@@ -25,10 +25,32 @@ inline Vector7d compose(const Coordinates& q, const Local& theta) {
   return result;
 }
 
-// The group with one of the coordinate maps of rotation_maps.h: X = (displacement in W [m], x). Translation and
-// rotation do not mix. Same functions as SE3 in se3.h, which says what they mean.
+// SO(3) with one of the coordinate maps of rotation_maps.h, R = R(x): the part of R^3 x SO(3) in which coordinates and
+// velocities differ. Same functions as SE3 in se3.h, which says what they mean.
+template <class Map>
+struct SO3 {
+  static constexpr int kSize = 3;
+
+  static Matrix3d tangent(const Vector3d& x) { return Map::tangent(x.squaredNorm()).k.matrix(x); }
+  static Vector3d tangent_times(const Vector3d& x, const Vector3d& w) {
+    return Map::tangent(x.squaredNorm()).k.times(x, w);
+  }
+  static Matrix3d tangent_inverse(const Vector3d& x) { return Map::tangent_inverse(x.squaredNorm()).matrix(x); }
+  static Vector3d tangent_inverse_times(const Vector3d& x, const Vector3d& w) {
+    return Map::tangent_inverse(x.squaredNorm()).times(x, w);
+  }
+  static Matrix3d tangent_derivative(const Vector3d& x, const Vector3d& w) {
+    return Map::tangent(x.squaredNorm()).derivative(x, w);
+  }
+  static Vector3d commutator(const Vector3d& v, const Vector3d& w) { return v.cross(w); }
+};
+
+// R^3 x SO(3): X = (displacement in W [m], x). Translation and rotation do not mix.
 template <class Map>
 struct R3xSO3 {
+  using Coordinates = Map;
+  using Coupled = SO3<Map>;  // acts on the last Coupled::kSize entries; T = I for the others
+
   static Pose product(const Pose& c1, const Pose& c2) { return {c1.p + c2.p, unit_product(c1.quat, c2.quat)}; }
   static Pose inverse(const Pose& c) { return {-c.p, c.quat.conjugate()}; }
 
@@ -40,24 +62,19 @@ struct R3xSO3 {
   }
 
   static Matrix6d tangent(const Vector6d& X) {  // Eqs. (34), (36), transposed
-    const Vector3d x = X.tail<3>();
-    return with_rotation(Map::tangent(x.squaredNorm()).k.matrix(x), 1.0);
+    return with_rotation(Coupled::tangent(X.tail<3>()), 1.0);
   }
   static Vector6d tangent_times(const Vector6d& X, const Vector6d& w) {
-    const Vector3d x = X.tail<3>();
-    return with_rotation(w, Map::tangent(x.squaredNorm()).k.times(x, w.tail<3>()));
+    return with_rotation(w, Coupled::tangent_times(X.tail<3>(), w.tail<3>()));
   }
   static Matrix6d tangent_inverse(const Vector6d& X) {  // Eqs. (33), (37), transposed
-    const Vector3d x = X.tail<3>();
-    return with_rotation(Map::tangent_inverse(x.squaredNorm()).matrix(x), 1.0);
+    return with_rotation(Coupled::tangent_inverse(X.tail<3>()), 1.0);
   }
   static Vector6d tangent_inverse_times(const Vector6d& X, const Vector6d& w) {
-    const Vector3d x = X.tail<3>();
-    return with_rotation(w, Map::tangent_inverse(x.squaredNorm()).times(x, w.tail<3>()));
+    return with_rotation(w, Coupled::tangent_inverse_times(X.tail<3>(), w.tail<3>()));
   }
   static Matrix6d tangent_derivative(const Vector6d& X, const Vector6d& w) {
-    const Vector3d x = X.tail<3>();
-    return with_rotation(Map::tangent(x.squaredNorm()).derivative(x, w.tail<3>()), 0.0);
+    return with_rotation(Coupled::tangent_derivative(X.tail<3>(), w.tail<3>()), 0.0);
   }
 
   static Vector6d commutator(const Vector6d& V, const Vector6d& W) {
@@ -66,10 +83,14 @@ struct R3xSO3 {
     return c;
   }
 
+  // The group's velocities are the mixed ones of the equations of motion.
   static Vector6d velocity(const Quaterniond&, const Vector6d& mixed) { return mixed; }
   static Vector6d mixed_velocity(const Quaterniond&, const Vector6d& V) { return V; }
   static Vector6d acceleration(const Quaterniond&, const Vector6d&, const Vector6d& mixed_rate) { return mixed_rate; }
   static Vector6d mixed_acceleration(const Quaterniond&, const Vector6d&, const Vector6d& Vdot) { return Vdot; }
+  static Vector6d jerk(const Quaterniond&, const Vector6d&, const Vector6d&, const Vector6d& mixed_rate2) {
+    return mixed_rate2;
+  }
 
  private:
   static Matrix6d with_rotation(const Matrix3d& rotation, double translation) {

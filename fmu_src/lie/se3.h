@@ -18,6 +18,10 @@ namespace sigmafmu::lie {
 
 template <class Map>
 struct SE3 {
+  using Coordinates = Map;
+  using Coupled = SE3;  // translation and rotation mix: all six entries
+  static constexpr int kSize = 6;
+
   // C1 C2, Eq. (43); the quaternion stays unit up to rounding.
   static Pose product(const Pose& c1, const Pose& c2) {
     return {c1.p + c1.quat * c2.p, unit_product(c1.quat, c2.quat)};
@@ -116,6 +120,16 @@ struct SE3 {
     Vector6d r = Vdot;
     r.head<3>() += V.tail<3>().cross(V.head<3>());
     return turned(quat_WB, r);
+  }
+  // d(Vdot)/dt of the mixed velocities and their first and second derivatives.
+  static Vector6d jerk(const Quaterniond& quat_WB, const Vector6d& mixed, const Vector6d& mixed_rate,
+                       const Vector6d& mixed_rate2) {
+    const Vector3d w = mixed.tail<3>(), wdot = mixed_rate.tail<3>();
+    const Quaterniond R_BW = quat_WB.conjugate();
+    const Vector3d v_B = R_BW * Vector3d(mixed.head<3>()), a_B = R_BW * Vector3d(mixed_rate.head<3>());
+    Vector6d r = turned(R_BW, mixed_rate2);
+    r.head<3>() -= 2.0 * w.cross(a_B) + wdot.cross(v_B) - w.cross(w.cross(v_B));
+    return r;
   }
 
  private:

@@ -6,11 +6,13 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <thread>
 
 #include "fmi/variables.h"
-#include "integrator/generalized_alpha.h"
+#include "integrator/integrator.h"
+#include "integrator/spin_sigma.h"
 #include "mechanism.h"
 #include "mechanisms.h"
 
@@ -166,21 +168,21 @@ struct PySimulation {
       : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
         solver(system),
-        integrator(system, mechanism.integrator),
-        state(integrator.make_state()),
+        integrator(make_integrator(system, mechanism.integrator)),
+        state(integrator->make_state()),
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
   }
   void start() {
-    if (!integrator.initialize(state, input)) throw std::runtime_error("no consistent accelerations");
+    if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");
   }
   // `steps` equal internal steps up to t_end.
   void run(double t_end, int steps) {
     const double t0 = state.time;
     for (int i = 1; i <= steps; ++i) {
       StepFailure failure;
-      if (!integrator.step(state, t0 + (t_end - t0) * i / steps, input, failure)) {
+      if (!integrator->step(state, t0 + (t_end - t0) * i / steps, input, failure)) {
         throw std::runtime_error("step failed at t = " + std::to_string(failure.time));
       }
     }
@@ -209,7 +211,7 @@ struct PySimulation {
   Mechanism mechanism;
   System system;
   ConsistentSolver solver;
-  GeneralizedAlpha integrator;
+  std::unique_ptr<Integrator> integrator;
   State state;
   InputSignal input;
 };
@@ -360,6 +362,10 @@ void bind_definitions(nb::module_& m) {
       .def_rw("relative_tolerance", &IntegratorSettings::relative_tolerance)
       .def_rw("max_newton_iterations", &IntegratorSettings::max_newton_iterations)
       .def_rw("max_halvings", &IntegratorSettings::max_halvings)
+      .def_rw("method", &IntegratorSettings::method)
+      .def_rw("group", &IntegratorSettings::group)
+      .def_rw("local_coordinates", &IntegratorSettings::local_coordinates)
+      .def_rw("absolute_coordinates", &IntegratorSettings::absolute_coordinates)
       .def_rw("formulation", &IntegratorSettings::formulation)
       .def_rw("corrector", &IntegratorSettings::corrector)
       .def_rw("jacobian", &IntegratorSettings::jacobian)

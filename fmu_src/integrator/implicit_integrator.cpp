@@ -1,0 +1,195 @@
+#include "integrator/implicit_integrator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sigmafmu {
+
+ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSettings& settings)
+    : Integrator(system, settings),
+      sigma_(system.body_count(), settings.is(Method::generalized_alpha) ? settings.sigma : 1.0),
+      stabilized_(settings.is(Formulation::stabilized_index2)),
+      transported_(settings.is(Method::generalized_alpha)),
+      matrix_(system, static_cast<Formulation>(settings.formulation)),
+      evaluation_(system.make_evaluation()),
+      start_(evaluation_.joints),
+      factorization_(matrix_.make_factorization()) {
+  q_.setZero(system.position_size());
+  for (VectorXd* x : {&V_n_, &Vdot_n_, &c_, &offset_, &theta_, &V_, &Vdot_, &v_, &vdot_, &B_mu_, &v_old_, &r_}) {
+    x->setZero(system.velocity_size());
+  }
+  for (VectorXd* x : {&lambda_, &mu_}) x->setZero(system.constraint_size());
+  u_.setZero(system.input_size());
+  x_.setZero(matrix_.size());
+}
+
+State ImplicitIntegrator::make_state() const {
+  State s = Integrator::make_state();
+  if (settings_.is(Newton::modified)) s.jacobian = matrix_.make_factorization();
+  return s;
+}
+
+// One step (Alg. 1 to 3): predict, then Newton iterations on r = 0, Phi = 0 and/or Phi' = 0.
+bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure) {
+  failure = {StepFailure::Reason::no_convergence, t, h, -1, 0, 0};
+  h_ = h;
+  input.value(t, u_);
+  if (stabilized_) {
+    system_.evaluate(state.q, state.v, evaluation_);
+    start_.swap(evaluation_.joints);
+  }
+  coordinates_->to_group(state.q, state.v, state.vdot, V_n_, Vdot_n_);
+  mu_.setZero();
+  B_mu_.setZero();
+  begin(state);
+  if (!unambiguous(theta_, failure)) return false;
+
+  const bool modified = settings_.is(Newton::modified);
+  // With the exact matrix convergence is quadratic and what remains is far below the last increment. Otherwise it is
+  // linear, and the remainders of many steps add up: ask for more.
+  const double fraction = !modified && quadratic() && settings_.is(Jacobian::full) ? 1.0 : 0.01;
+  matrix_is_new_ = false;
+  bool renew = !modified || std::abs(state.jacobian_step - h) > 1e-6 * h;
+  double previous = 0;
+  for (int iteration = 1; iteration <= settings_.max_newton_iterations; ++iteration) {
+    system_.evaluate(q_, v_, evaluation_);
+    system_.residual(evaluation_, vdot_, lambda_, u_, r_);
+    if (renew) {
+      ++state.counters.jacobian_evaluations;
+      if (!renew_matrix(state)) {
+        failure.reason = StepFailure::Reason::singular;
+        return false;
+      }
+    }
+    ++state.counters.newton_iterations;
+    failure.iterations = iteration;
+    solve(state);
+    v_old_ = v_;
+    apply_increments(state);
+
+    const double increment = scaled_increment(state, fraction, failure.body);
+    failure.measure = increment;
+    if (!std::isfinite(increment)) {
+      failure.reason = StepFailure::Reason::not_finite;
+      return false;
+    }
+    const double contractivity = iteration > 1 ? increment / previous : 0.0;
+    const bool contracts = iteration > 1 && contractivity < 1.0;
+    if (increment <= 1.0 || (contracts && increment * contractivity <= 1.0 - contractivity)) {
+      finish(state);
+      state.vdot = vdot_;
+      state.lambda = lambda_;
+      if (modified && matrix_is_new_) {
+        std::swap(state.jacobian, factorization_);
+        state.jacobian_step = h_;
+      }
+      commit(state, t, h, q_, v_, evaluation_);
+      failure.reason = StepFailure::Reason::none;
+      return true;
+    }
+    if (modified) {
+      renew = contractivity > kMaxContractivity || iteration % kMaxStaleIterations == 0;
+    } else {  // the matrix depends on the rotations above all; unless they changed, a new one would be the same
+      renew = contractivity > kNewtonContractivity || largest_rotation_increment() > kNegligibleRotation;
+    }
+    previous = increment;
+  }
+  return false;
+}
+
+bool ImplicitIntegrator::renew_matrix(const State& state) {
+  using Derivative = LocalCoordinates::Derivative;
+  if (!settings_.is(Formulation::index3)) system_.constraint_rates(evaluation_);
+  system_.linearize(lambda_, u_, evaluation_);
+  matrix_is_new_ = true;
+  return coordinates_->factorize(matrix_, evaluation_, start_, scales_, rule(), {state.q, q_, theta_, c_, V_, Vdot_},
+                                 settings_.is(Jacobian::full) ? derivative() : Derivative::none, factorization_);
+}
+
+// Increments of all unknowns, of which lambda_ and mu_ are done here.
+void ImplicitIntegrator::solve(const State& s) {
+  for (int i = 0; i < system_.body_count(); ++i) {
+    x_.segment<6>(matrix_.body_offset(i)) = -scales_.scale * r_.segment<6>(6 * i);
+  }
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const JointEvaluation& e = evaluation_.joints[j];
+    const int m = static_cast<int>(e.phi.size());
+    auto first = x_.segment(matrix_.lambda_offset(j), m);
+    if (settings_.is(Formulation::index2)) {
+      first = e.phidot / -scales_.gamma_prime;
+    } else {
+      first = -e.phi;
+    }
+    if (stabilized_) x_.segment(matrix_.mu_offset(j), m) = e.phi - e.phidot / scales_.gamma_prime;
+  }
+  const Factorization& f = settings_.is(Newton::modified) && !matrix_is_new_ ? s.jacobian : factorization_;
+  matrix_.solve(f, x_);
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const int m = system_.joint(j).equations();
+    lambda_.segment(system_.lambda_index(j), m) += x_.segment(matrix_.lambda_offset(j), m) / scales_.scale;
+    if (stabilized_) mu_.segment(system_.lambda_index(j), m) += x_.segment(matrix_.mu_offset(j), m);
+  }
+}
+
+void ImplicitIntegrator::gradient_times_mu(const State& s, bool increment) {
+  if (!stabilized_) return;
+  B_mu_.setZero();
+  for (const auto& [joint, body, side] : system_.pattern().incidences) {
+    const double* row = start_[joint].B[side].data();
+    const double* multiplier =
+        increment ? x_.data() + matrix_.mu_offset(joint) : mu_.data() + system_.lambda_index(joint);
+    double* out = B_mu_.data() + 6 * body;
+    for (int m = 0; m < system_.joint(joint).equations(); ++m, row += 6) {
+      for (int c = 0; c < 6; ++c) out[c] += multiplier[m] * row[c];
+    }
+  }
+  coordinates_->turn_to_group(s.q, B_mu_);
+}
+
+void ImplicitIntegrator::apply_increments(const State& s) {
+  coordinates_->add_motion(q_, x_, theta_);
+  gradient_times_mu(s, false);
+  iterate_from_motion(s);
+}
+
+void ImplicitIntegrator::iterate_from_motion(const State& s) {
+  coordinates_->velocities(rule(), theta_, c_, stabilized_ ? &B_mu_ : nullptr, V_);
+  coordinates_->compose(s.q, theta_, q_);
+  Vdot_ = slope_ * (V_ - V_n_) + offset_;
+  coordinates_->to_mixed(q_, V_, Vdot_, v_, vdot_);
+}
+
+// Largest velocity increment over a fraction of its tolerance, all bodies, translation and rotation apart. The floor is
+// the rounding of the positions, seen through gamma'.
+double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int& worst_body) const {
+  constexpr double kFloor = 8 * std::numeric_limits<double>::epsilon();
+  double largest = 0;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    const double size[2] = {s.q.segment<3>(7 * i).norm(), 1.0};  // [m], [rad]
+    for (int part = 0; part < 2; ++part) {
+      const auto v = v_.segment<3>(6 * i + 3 * part);
+      const double dv = (v - v_old_.segment<3>(6 * i + 3 * part)).norm();
+      const double dq = scales_.gamma_prime * x_.segment<3>(matrix_.body_offset(i) + 3 * part).norm();
+      const double tolerance = fraction * (settings_.absolute_tolerance + settings_.relative_tolerance * v.norm()) +
+                               kFloor * scales_.gamma_prime * size[part];
+      const double scaled = std::max(dv, dq) / tolerance;
+      if (!(scaled <= largest)) {
+        largest = scaled;
+        worst_body = i;
+      }
+      if (!std::isfinite(scaled)) return scaled;
+    }
+  }
+  return largest;
+}
+
+double ImplicitIntegrator::largest_rotation_increment() const {
+  double largest = 0;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    largest = std::max(largest, x_.segment<3>(matrix_.body_offset(i) + 3).norm());
+  }
+  return largest;
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,71 @@
+// Newton's method for one step of an implicit method whose velocities and accelerations at the end of the step are
+//
+//   P V = gamma' [theta - T(theta) c + B(q_n)^T mu],   Vdot = slope (V - V_n) + offset        (VelocityRule,
+//   StepScales)
+//
+// with c and offset known at the start: unknowns are theta, lambda and, in the stabilized index-2 form, mu. A method
+// tells the four in begin() and keeps what it needs of the step in finish().
+//
+// Every theta, V and Vdot is computed anew from the unknowns, so the result depends neither on the predictor nor on the
+// iteration matrix. A method may instead accumulate increments, in apply_increments().
+#pragma once
+
+#include "integrator/integrator.h"
+
+namespace sigmafmu {
+
+class ImplicitIntegrator : public Integrator {
+ public:
+  State make_state() const override;
+
+  // Newton (full) keeps its matrix within a step while it is as good as new: rotations changed by less than ...
+  static constexpr double kNegligibleRotation = 1e-4;   // [rad]
+  static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
+  static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
+  static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
+
+ protected:
+  ImplicitIntegrator(const System& system, const IntegratorSettings& settings);
+
+  // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_ and Vdot_n_.
+  virtual void begin(const State& state) = 0;
+  // Stores what the method remembers of the step; V_n_, Vdot_n_ are those at its start, state.vdot is not yet new.
+  virtual void finish(State& state) = 0;
+  // The iterate after a solution x_ of the linear system.
+  virtual void apply_increments(const State& state);
+  virtual LocalCoordinates::Derivative derivative() const { return LocalCoordinates::Derivative::exact; }
+  // Whether the exact matrix makes Newton's method converge quadratically.
+  virtual bool quadratic() const { return true; }
+
+  VelocityRule rule() const { return {scales_.gamma_prime, transported_, sigma_}; }
+  // V, q, Vdot and the mixed velocities from theta_ and mu_.
+  void iterate_from_motion(const State& state);
+  // B_mu_ = B(q_n)^T mu, or of the last increment of mu, in the group's velocities.
+  void gradient_times_mu(const State& state, bool increment);
+
+  std::vector<double> sigma_;  // per body
+  const bool stabilized_, transported_;
+  NewtonMatrix matrix_;
+  double h_ = 0;
+  StepScales scales_{};
+  double slope_ = 0;
+  // Of the step under way: at its start; known in it; the iterate, in the group's velocities and (v_, vdot_) mixed.
+  VectorXd V_n_, Vdot_n_, c_, offset_;
+  VectorXd theta_, V_, Vdot_, q_, v_, vdot_, lambda_, mu_, B_mu_;
+  VectorXd x_;  // solution of the linear system; it begins with the motion increments of all bodies
+
+ private:
+  bool attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure) final;
+  bool renew_matrix(const State& state);
+  void solve(const State& state);
+  double scaled_increment(const State& state, double fraction, int& worst_body) const;
+  double largest_rotation_increment() const;
+
+  Evaluation evaluation_;
+  std::vector<JointEvaluation> start_;  // B(q_n)
+  Factorization factorization_;
+  bool matrix_is_new_ = false;
+  VectorXd v_old_, u_, r_;
+};
+
+}  // namespace sigmafmu

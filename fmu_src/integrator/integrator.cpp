@@ -1,0 +1,107 @@
+#include "integrator/integrator.h"
+
+#include <cmath>
+
+#include "integrator/bliedf.h"
+#include "integrator/generalized_alpha.h"
+#include "integrator/munthe_kaas.h"
+
+namespace sigmafmu {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+}  // namespace
+
+Integrator::Integrator(const System& system, const IntegratorSettings& settings)
+    : system_(system), settings_(settings), coordinates_(make_local_coordinates(system, settings)) {}
+
+State Integrator::make_state() const {
+  State s;
+  s.q.setZero(system_.position_size());
+  for (int i = 0; i < system_.body_count(); ++i) s.q[7 * i + 3] = 1.0;
+  for (VectorXd* x : {&s.v, &s.vdot}) x->setZero(system_.velocity_size());
+  s.lambda.setZero(system_.constraint_size());
+  s.angle.setZero(system_.joint_count());
+  return s;
+}
+
+bool Integrator::initialize(State& s, const InputSignal& input) {
+  ConsistentSolver consistent(system_);
+  const VectorXd assembled = s.q;
+  coordinates_->store(assembled, s.q);
+  VectorXd u(system_.input_size()), jerk(system_.velocity_size()), V, Vdot;
+  input.value(s.time, u);
+  if (!consistent.accelerations(s.q, s.v, u, s.vdot, s.lambda)) return false;
+  const Evaluation& e = consistent.evaluation();
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const Joint& joint = system_.joint(j);
+    if (joint.type() == JointType::revolute) {
+      s.angle[j] = joint.coordinate(system_.kinematics(e, joint.body1()), system_.kinematics(e, joint.body2()));
+    }
+  }
+  if (!consistent.jerk(s.q, s.v, s.vdot, input, s.time, jerk) || !jerk.allFinite()) return false;
+  coordinates_->to_group(s.q, s.v, s.vdot, V, Vdot);
+  coordinates_->jerk_to_group(s.q, s.v, s.vdot, jerk);
+  s.last_step = settings_.step_size;
+  remember_start(s, V, Vdot, jerk);
+  return true;
+}
+
+void Integrator::shift_accelerations(State& s, const VectorXd& jump) const { s.vdot += jump; }
+
+bool Integrator::step(State& state, double t_end, const InputSignal& input, StepFailure& failure) {
+  double h = t_end - state.time;
+  const double smallest = std::ldexp(h, -settings_.max_halvings) * 0.75;
+  while (state.time < t_end) {
+    const double remaining = t_end - state.time;
+    const bool last = h > 0.75 * remaining;
+    if (last) h = remaining;
+    if (attempt(state, last ? t_end : state.time + h, h, input, failure)) continue;
+    h *= 0.5;
+    if (h < smallest) return false;
+    ++state.counters.retries;
+  }
+  return true;
+}
+
+bool Integrator::unambiguous(const VectorXd& theta, StepFailure& failure) const {
+  int body = -1;
+  const double angle = coordinates_->largest_rotation(theta, body);
+  if (angle < kPi) return true;
+  failure.reason = StepFailure::Reason::rotation;
+  failure.body = body;
+  failure.measure = angle;
+  return false;
+}
+
+void Integrator::commit(State& s, double t, double h, const VectorXd& q, const VectorXd& v, const Evaluation& e) {
+  for (int j = 0; j < system_.joint_count(); ++j) {  // the turn nearest to the angle that the rate predicts
+    const Joint& joint = system_.joint(j);
+    if (joint.type() != JointType::revolute) continue;
+    const auto& k1 = system_.kinematics(e, joint.body1());
+    const auto& k2 = system_.kinematics(e, joint.body2());
+    const double wrapped = joint.coordinate(k1, k2);
+    const double predicted = s.angle[j] + h * joint.coordinate_rate(k1, k2);
+    s.angle[j] = wrapped + 2 * kPi * std::round((predicted - wrapped) / (2 * kPi));
+  }
+  s.time = t;
+  coordinates_->store(q, s.q);
+  s.v = v;
+  s.last_step = h;
+  ++s.counters.steps;
+}
+
+std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings) {
+  switch (static_cast<Method>(settings.method)) {
+    case Method::rkmk4:
+    case Method::rkmk54:
+      return std::make_unique<MuntheKaas>(system, settings);
+    case Method::bliedf2:
+      return std::make_unique<BLieDF>(system, settings);
+    default:
+      return std::make_unique<GeneralizedAlpha>(system, settings);
+  }
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,78 @@
+// What an integrator needs of the group it runs on: the motion of all bodies in a step in local coordinates theta,
+//
+//   q = tau(q_n, theta),   V = T(theta) dtheta/dt                                    (Mueller 2022, Eqs. (18), (19),
+//   (50))
+//
+// for one group, one coordinate map and one kind of absolute coordinates; lie/lgt.h lists them. Integrators work with
+// the velocities V of the group, the equations of motion with the mixed ones v = (v_WB in W, w_WB_B); here is where the
+// two meet. On R^3 x SO(3) they are the same. Vectors hold 6 (q: 7) entries for each body.
+//
+// Whatever the absolute coordinates, q holds quaternions. With rotation vectors they are those of the rotation vectors
+// that are integrated, with the sign that makes them continuous.
+#pragma once
+
+#include <memory>
+
+#include "integrator/newton_matrix.h"
+#include "integrator/settings.h"
+
+namespace sigmafmu {
+
+// How an implicit method makes velocities of theta, body by body:
+//   P V = gamma' [theta - T(theta) c + b],   P = sigma I + (1 - sigma) T(theta)
+// with T(theta) c when c is `transported`, else c itself.
+struct VelocityRule {
+  double gamma_prime;
+  bool transported;
+  const std::vector<double>& sigma;  // of each body
+};
+
+class LocalCoordinates {
+ public:
+  virtual ~LocalCoordinates() = default;
+
+  // V and Vdot at q of mixed velocities and accelerations, and back.
+  virtual void to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& V,
+                        VectorXd& Vdot) const = 0;
+  virtual void to_mixed(const VectorXd& q, const VectorXd& V, const VectorXd& Vdot, VectorXd& v,
+                        VectorXd& vdot) const = 0;
+  // The group's entries of a mixed vector that is linear in velocities, in place.
+  virtual void turn_to_group(const VectorXd& q, VectorXd& x) const = 0;
+  // d(Vdot)/dt of d(vdot)/dt.
+  virtual void jerk_to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& jerk) const = 0;
+
+  // q = tau(q_n, theta).
+  virtual void compose(const VectorXd& q_n, const VectorXd& theta, VectorXd& q) const = 0;
+  // Stores q at the end of a step as the absolute coordinates have it; `stored` holds the step before.
+  virtual void store(const VectorXd& q, VectorXd& stored) const = 0;
+  // Rotation [rad] that theta stands for, largest of all bodies.
+  virtual double largest_rotation(const VectorXd& theta, int& body) const = 0;
+
+  // thetadot = T(theta)^-1 V.
+  virtual void rate(const VectorXd& theta, const VectorXd& V, VectorXd& thetadot) const = 0;
+  // theta after a further motion of the bodies at q = tau(q_n, theta) by dq (W, body axes) to first order.
+  virtual void add_motion(const VectorXd& q, const VectorXd& dq, VectorXd& theta) const = 0;
+  // V by the rule; b may be null.
+  virtual void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c, const VectorXd* b,
+                          VectorXd& V) const = 0;
+  // theta += sigma/gamma' (T(theta)^-1 V - V): right side of (12) with (16) for velocities V.
+  virtual void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const = 0;
+  // theta -= sigma/gamma' [V, theta]: line 6 of Algorithm 1 as printed.
+  virtual void modify_as_printed(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const = 0;
+  // dV := P^-1 dV.
+  virtual void solve_P(const VelocityRule& rule, const VectorXd& theta, VectorXd& dV) const = 0;
+
+  // An iterate of Newton's method.
+  struct Iterate {
+    const VectorXd &q_n, &q, &theta, &c, &V, &Vdot;
+  };
+  enum class Derivative { exact, printed, none };  // of V: exact; P^-1, as Algorithm 2 has it; the identity
+  [[nodiscard]] virtual bool factorize(NewtonMatrix& matrix, const Evaluation& e,
+                                       const std::vector<JointEvaluation>& B_n, const StepScales& step,
+                                       const VelocityRule& rule, const Iterate& at, Derivative derivative,
+                                       Factorization& f) = 0;
+};
+
+std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& settings);
+
+}  // namespace sigmafmu
