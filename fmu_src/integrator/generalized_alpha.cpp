@@ -77,7 +77,7 @@ void GeneralizedAlpha::begin(const State& s) {
   } else {
     coordinates_->modify_as_printed(rule(), V_, theta_);
     coordinates_->compose(s.q, theta_, q_);
-    coordinates_->to_mixed(q_, V_, Vdot_, v_, vdot_);
+    update_mixed_velocities();
   }
 }
 
@@ -105,7 +105,7 @@ void GeneralizedAlpha::apply_increments(const State& s) {
   coordinates_->solve_P(rule(), theta_, dV);
   V_ += scales_.gamma_prime * dV;
   Vdot_ += scales_.beta_prime * dV;
-  coordinates_->to_mixed(q_, V_, Vdot_, v_, vdot_);
+  update_mixed_velocities();
 }
 
 void GeneralizedAlpha::finish(State& s) {

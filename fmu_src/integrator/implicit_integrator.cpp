@@ -12,6 +12,8 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSet
       stabilized_(settings.is(Formulation::stabilized_index2)),
       transported_(settings.is(Method::generalized_alpha)),
       matrix_(system, static_cast<Formulation>(settings.formulation)),
+      v_(coordinates_->mixed() ? V_ : own_v_),
+      vdot_(coordinates_->mixed() ? Vdot_ : own_vdot_),
       evaluation_(system.make_evaluation()),
       start_(evaluation_.joints),
       factorization_(matrix_.make_factorization()) {
@@ -157,7 +159,7 @@ void ImplicitIntegrator::iterate_from_motion(const State& s) {
   coordinates_->velocities(rule(), theta_, c_, stabilized_ ? &B_mu_ : nullptr, V_);
   coordinates_->compose(s.q, theta_, q_);
   Vdot_ = slope_ * (V_ - V_n_) + offset_;
-  coordinates_->to_mixed(q_, V_, Vdot_, v_, vdot_);
+  update_mixed_velocities();
 }
 
 // Largest velocity increment over a fraction of its tolerance, all bodies, translation and rotation apart. The floor is

@@ -38,8 +38,9 @@ class ImplicitIntegrator : public Integrator {
   virtual bool quadratic() const { return true; }
 
   VelocityRule rule() const { return {scales_.gamma_prime, transported_, sigma_}; }
-  // V, q, Vdot and the mixed velocities from theta_ and mu_.
+  // q, V, Vdot and the mixed velocities from theta_ and B_mu_.
   void iterate_from_motion(const State& state);
+  void update_mixed_velocities() { coordinates_->to_mixed(q_, V_, Vdot_, v_, vdot_); }
   // B_mu_ = B(q_n)^T mu, or of the last increment of mu, in the group's velocities.
   void gradient_times_mu(const State& state, bool increment);
 
@@ -49,9 +50,9 @@ class ImplicitIntegrator : public Integrator {
   double h_ = 0;
   StepScales scales_{};
   double slope_ = 0;
-  // Of the step under way: at its start; known in it; the iterate, in the group's velocities and (v_, vdot_) mixed.
+  // Of the step under way: at its start; known in it; the iterate, in the group's velocities.
   VectorXd V_n_, Vdot_n_, c_, offset_;
-  VectorXd theta_, V_, Vdot_, q_, v_, vdot_, lambda_, mu_, B_mu_;
+  VectorXd theta_, V_, Vdot_, q_, lambda_, mu_, B_mu_;
   VectorXd x_;  // solution of the linear system; it begins with the motion increments of all bodies
 
  private:
@@ -61,6 +62,8 @@ class ImplicitIntegrator : public Integrator {
   double scaled_increment(const State& state, double fraction, int& worst_body) const;
   double largest_rotation_increment() const;
 
+  VectorXd own_v_, own_vdot_;
+  VectorXd &v_, &vdot_;  // mixed velocities and accelerations of the iterate: V_ and Vdot_ themselves, or the own ones
   Evaluation evaluation_;
   std::vector<JointEvaluation> start_;  // B(q_n)
   Factorization factorization_;

@@ -27,7 +27,7 @@ template <class Absolute, class Group>
 class LocalCoordinatesOf final : public LocalCoordinates {
   using Part = typename Group::Coupled;  // what follows acts on the last N entries of a body; T = I for the others
   static constexpr int N = Part::kSize;
-  static constexpr bool mixed = N == 3;  // the group's velocities are the mixed ones
+  static constexpr bool kMixed = N == 3;
   using PartVector = Eigen::Matrix<double, N, 1>;
   using PartMatrix = Eigen::Matrix<double, N, N>;
 
@@ -46,11 +46,13 @@ class LocalCoordinatesOf final : public LocalCoordinates {
  public:
   LocalCoordinatesOf(int bodies) : bodies_(bodies), tangents_(bodies) {}
 
+  bool mixed() const override { return kMixed; }
+
   void to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& V,
                 VectorXd& Vdot) const override {
     V = v;
     Vdot = vdot;
-    if constexpr (!mixed) {
+    if constexpr (!kMixed) {
       for (int i = 0; i < bodies_; ++i) {
         const Quaterniond quat = pose(q, i).quat;
         part(V, i) = Group::velocity(quat, of_body(v, i));
@@ -61,9 +63,9 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
   void to_mixed(const VectorXd& q, const VectorXd& V, const VectorXd& Vdot, VectorXd& v,
                 VectorXd& vdot) const override {
-    v = V;
-    vdot = Vdot;
-    if constexpr (!mixed) {
+    if (&v != &V) v = V;
+    if (&vdot != &Vdot) vdot = Vdot;
+    if constexpr (!kMixed) {
       for (int i = 0; i < bodies_; ++i) {
         const Quaterniond quat = pose(q, i).quat;
         part(v, i) = Group::mixed_velocity(quat, of_body(V, i));
@@ -73,20 +75,20 @@ class LocalCoordinatesOf final : public LocalCoordinates {
   }
 
   void turn_to_group(const VectorXd& q, VectorXd& x) const override {
-    if constexpr (!mixed) {
+    if constexpr (!kMixed) {
       for (int i = 0; i < bodies_; ++i) part(x, i) = Group::velocity(pose(q, i).quat, of_body(x, i));
     }
   }
 
   void jerk_to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& jerk) const override {
-    if constexpr (!mixed) {
+    if constexpr (!kMixed) {
       for (int i = 0; i < bodies_; ++i) {
         part(jerk, i) = Group::jerk(pose(q, i).quat, of_body(v, i), of_body(vdot, i), of_body(jerk, i));
       }
     }
   }
 
-  void compose(const VectorXd& q_n, const VectorXd& theta, VectorXd& q) const override {
+  SIGMAFMU_FLATTEN void compose(const VectorXd& q_n, const VectorXd& theta, VectorXd& q) const override {
     for (int i = 0; i < bodies_; ++i) {
       write(represented(Group::product(pose(q_n, i), Group::psi(of_body(theta, i)))), q, i);
     }
@@ -114,14 +116,14 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     return largest;
   }
 
-  void rate(const VectorXd& theta, const VectorXd& V, VectorXd& thetadot) const override {
+  SIGMAFMU_FLATTEN void rate(const VectorXd& theta, const VectorXd& V, VectorXd& thetadot) const override {
     thetadot = V;
     for (int i = 0; i < bodies_; ++i) part(thetadot, i) = Part::tangent_inverse_times(part(theta, i), part(V, i));
   }
 
-  void add_motion(const VectorXd& q, const VectorXd& dq, VectorXd& theta) const override {
+  SIGMAFMU_FLATTEN void add_motion(const VectorXd& q, const VectorXd& dq, VectorXd& theta) const override {
     for (int i = 0; i < bodies_; ++i) {
-      if constexpr (mixed) {
+      if constexpr (kMixed) {
         const int at = kVelocitiesPerBody * i;
         theta.segment<3>(at) += dq.segment<3>(at);
         part(theta, i) += Part::tangent_inverse_times(part(theta, i), part(dq, i));
@@ -131,8 +133,8 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     }
   }
 
-  void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c, const VectorXd* b,
-                  VectorXd& V) const override {
+  SIGMAFMU_FLATTEN void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c,
+                                   const VectorXd* b, VectorXd& V) const override {
     V = theta - c;
     if (rule.transported) {
       for (int i = 0; i < bodies_; ++i) {
@@ -144,7 +146,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     V *= rule.gamma_prime;
   }
 
-  void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
+  SIGMAFMU_FLATTEN void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
     for (int i = 0; i < bodies_; ++i) {
       part(theta, i) +=
           rule.sigma[i] / rule.gamma_prime * (Part::tangent_inverse_times(part(theta, i), part(V, i)) - part(V, i));
@@ -166,7 +168,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
   bool factorize(NewtonMatrix& matrix, const Evaluation& e, const std::vector<JointEvaluation>& B_n,
                  const StepScales& step, const VelocityRule& rule, const Iterate& at, Derivative derivative,
                  Factorization& f) override {
-    tangents_.identity_P = mixed;
+    tangents_.identity_P = kMixed;
     for (int i = 0; i < bodies_; ++i) tangents_.identity_P = tangents_.identity_P && rule.sigma[i] == 1.0;
     if (derivative != Derivative::none && !(derivative == Derivative::printed && tangents_.identity_P)) {
       for (int i = 0; i < bodies_; ++i) linearize(step, rule, at, derivative, i);
@@ -176,7 +178,8 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
  private:
   // dV = gamma' P^-1 d(theta - T(theta) c - (P - I) V/gamma') of one body.
-  void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at, Derivative derivative, int i) {
+  SIGMAFMU_FLATTEN void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at,
+                                  Derivative derivative, int i) {
     const PartVector theta = part(at.theta, i);
     const double sigma = rule.sigma[i];
     if (sigma != 1.0) tangents_.P_inverse[i] = P(sigma, theta).inverse();
@@ -187,7 +190,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
       G = (PartMatrix::Identity() - Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
     }
     if (sigma != 1.0) G = (tangents_.P_inverse[i] * G).eval();
-    if constexpr (mixed) {
+    if constexpr (kMixed) {
       tangents_.U[i] = G;
     } else {
       turn(step, at, i, G, sigma == 1.0);

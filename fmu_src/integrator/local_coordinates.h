@@ -31,6 +31,9 @@ class LocalCoordinates {
  public:
   virtual ~LocalCoordinates() = default;
 
+  // Whether V and v are the same, so that a caller needs only one vector for both.
+  virtual bool mixed() const = 0;
+
   // V and Vdot at q of mixed velocities and accelerations, and back.
   virtual void to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& V,
                         VectorXd& Vdot) const = 0;

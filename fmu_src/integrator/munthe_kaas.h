@@ -44,7 +44,8 @@ class MuntheKaas final : public Integrator {
   const bool adaptive_;
   ConsistentSolver solver_;
   std::array<VectorXd, kMaxStages> theta_rate_, V_rate_;
-  VectorXd V_n_, theta_, V_, q_, v_, vdot_, lambda_, u_;
+  VectorXd V_n_, theta_, V_, q_, lambda_, u_;
+  VectorXd v_, vdot_;  // mixed
 };
 
 }  // namespace sigmafmu

@@ -67,13 +67,11 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
     }
     using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
     Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
-    block.template rightCols<N>() = S.template rightCols<N>() * tangents.U[j];
-    if constexpr (N == 3) {
-      block.template leftCols<3>() = S.template leftCols<3>();
-    } else if (i == j) {
-      block.template topRows<3>() += kappa * system_.body(i).mass * tangents.E[i];
-    }
-    block += step.scale * e.K[p];
+    constexpr int left = kVelocitiesPerBody - N;
+    block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
+    block.template rightCols<N>() =
+        S.template rightCols<N>() * tangents.U[j] + step.scale * e.K[p].template rightCols<N>();
+    if (N == 6 && i == j) block.template topRightCorner<3, N>() += kappa * system_.body(i).mass * tangents.E[i];
   }
 
   for (const auto& [joint, body, side] : system_.pattern().incidences) {

@@ -5,6 +5,10 @@
 
 #include <cmath>
 
+// For the small functions that every step calls for every body: compilers leave some of them as calls otherwise.
+#define SIGMAFMU_INLINE inline __attribute__((always_inline))
+#define SIGMAFMU_FLATTEN __attribute__((flatten))  // inlines all that a function calls
+
 namespace sigmafmu::lie {
 
 // f with its first and second derivative D. D obeys the rules of differentiation.
@@ -52,7 +56,7 @@ constexpr Series factorial_series(int p) {
   return s;
 }
 
-inline double horner(const double (&c)[kTerms], double x) {
+SIGMAFMU_INLINE double horner(const double (&c)[kTerms], double x) {
   double sum = c[kTerms - 1];
   for (int k = kTerms - 2; k >= 0; --k) sum = sum * x + c[k];
   return sum;
@@ -68,7 +72,7 @@ struct So3Coefficients {
 };
 
 // x = t^2 [rad^2]. Below 1 by power series, which needs no trigonometric function and has no cancellation.
-inline So3Coefficients so3_coefficients(double x) {
+SIGMAFMU_INLINE So3Coefficients so3_coefficients(double x) {
   using detail::horner;
   constexpr auto cosine = detail::factorial_series(2), sine = detail::factorial_series(3);
   if (x < 1.0) {
@@ -87,7 +91,7 @@ struct So3Functions {
   Radial a, b;
 };
 
-inline So3Functions so3_functions(double x) {
+SIGMAFMU_INLINE So3Functions so3_functions(double x) {
   constexpr auto cosine = detail::factorial_series(2), sine = detail::factorial_series(3);
   const auto [a, b, da, db] = so3_coefficients(x);
   const bool series = x < 1.0;

@@ -14,7 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // hat(w) x = w cross x.
-inline Matrix3d hat(const Vector3d& w) {
+SIGMAFMU_INLINE Matrix3d hat(const Vector3d& w) {
   Matrix3d m;
   m(0, 0) = 0, m(0, 1) = -w.z(), m(0, 2) = w.y();
   m(1, 0) = w.z(), m(1, 1) = 0, m(1, 2) = -w.x();
@@ -26,7 +26,7 @@ inline Matrix3d hat(const Vector3d& w) {
 struct IsotropicOperator {
   double k0, k1, k2;
 
-  Matrix3d matrix(const Vector3d& x) const {
+  SIGMAFMU_INLINE Matrix3d matrix(const Vector3d& x) const {
     const Matrix3d m = hat(x);
     Matrix3d K = -k1 * m;
     K.diagonal().setConstant(k0);
@@ -34,12 +34,12 @@ struct IsotropicOperator {
     return K;
   }
   // K(x) c without forming K.
-  Vector3d times(const Vector3d& x, const Vector3d& c) const {
+  SIGMAFMU_INLINE Vector3d times(const Vector3d& x, const Vector3d& c) const {
     const Vector3d p = x.cross(c);
     return k0 * c - k1 * p + k2 * x.cross(p);
   }
   // d(K(x) c)/dx, 3x3, for a fixed c. d: the coefficients' derivatives D.
-  Matrix3d derivative(const IsotropicOperator& d, const Vector3d& x, const Vector3d& c) const {
+  SIGMAFMU_INLINE Matrix3d derivative(const IsotropicOperator& d, const Vector3d& x, const Vector3d& c) const {
     const Vector3d radial = d.times(x, c);
     Matrix3d m = k1 * hat(c);  // x cross (x cross c) = x (x . c) - c |x|^2
     m.noalias() += k2 * (x * c.transpose()) + (radial - 2.0 * k2 * c) * x.transpose();
@@ -52,11 +52,11 @@ struct IsotropicOperator {
 struct SmoothOperator {
   IsotropicOperator k, d, dd;
 
-  SmoothOperator(const Radial& k0, const Radial& k1, const Radial& k2)
+  SIGMAFMU_INLINE SmoothOperator(const Radial& k0, const Radial& k1, const Radial& k2)
       : k{k0.f, k1.f, k2.f}, d{k0.d, k1.d, k2.d}, dd{k0.dd, k1.dd, k2.dd} {}
 
   // d(K(x) c)/dx, 3x3.
-  Matrix3d derivative(const Vector3d& x, const Vector3d& c) const { return k.derivative(d, x, c); }
+  SIGMAFMU_INLINE Matrix3d derivative(const Vector3d& x, const Vector3d& c) const { return k.derivative(d, x, c); }
 
   // d(K(x) c)/dx w without forming the matrix.
   Vector3d derivative_times(const Vector3d& x, const Vector3d& c, const Vector3d& w) const {

@@ -32,11 +32,11 @@ struct SO3 {
   static constexpr int kSize = 3;
 
   static Matrix3d tangent(const Vector3d& x) { return Map::tangent(x.squaredNorm()).k.matrix(x); }
-  static Vector3d tangent_times(const Vector3d& x, const Vector3d& w) {
+  SIGMAFMU_INLINE static Vector3d tangent_times(const Vector3d& x, const Vector3d& w) {
     return Map::tangent(x.squaredNorm()).k.times(x, w);
   }
   static Matrix3d tangent_inverse(const Vector3d& x) { return Map::tangent_inverse(x.squaredNorm()).matrix(x); }
-  static Vector3d tangent_inverse_times(const Vector3d& x, const Vector3d& w) {
+  SIGMAFMU_INLINE static Vector3d tangent_inverse_times(const Vector3d& x, const Vector3d& w) {
     return Map::tangent_inverse(x.squaredNorm()).times(x, w);
   }
   static Matrix3d tangent_derivative(const Vector3d& x, const Vector3d& w) {

@@ -20,23 +20,23 @@ namespace sigmafmu::lie {
 
 // R = exp(hat(x)), Eqs. (30)-(33), (39). x [rad]; one-to-one below pi, T singular at 2 pi k.
 struct Exponential {
-  static Quaterniond quaternion(const Vector3d& x) { return exp(x); }
+  SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) { return exp(x); }
   static Vector3d coordinates(const Quaterniond& quat) { return log(quat); }  // |x| <= pi
   static double angle(double length) { return length; }                       // phi of |x|
 
-  static SmoothOperator tangent(double z) {
+  SIGMAFMU_INLINE static SmoothOperator tangent(double z) {
     const auto [a, b] = so3_functions(z);
     return {{1.0}, a, b};
   }
-  static IsotropicOperator tangent_inverse(double z) { return so3_tangent_inverse(z); }
-  static SmoothOperator screw(double z) { return tangent(z); }
-  static IsotropicOperator screw_inverse(double z) { return tangent_inverse(z); }
+  SIGMAFMU_INLINE static IsotropicOperator tangent_inverse(double z) { return so3_tangent_inverse(z); }
+  SIGMAFMU_INLINE static SmoothOperator screw(double z) { return tangent(z); }
+  SIGMAFMU_INLINE static IsotropicOperator screw_inverse(double z) { return tangent_inverse(z); }
 };
 
 // R = (I - hat(c))^-1 (I + hat(c)), c = x/2, Eqs. (35)-(37), (41). No trigonometric functions. phi < pi; x grows
 // without bound on the way there.
 struct Cayley {
-  static Quaterniond quaternion(const Vector3d& x) {  // cos(phi/2) (1, c)
+  SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) {  // cos(phi/2) (1, c)
     const double p0 = 1.0 / std::sqrt(1.0 + 0.25 * x.squaredNorm());
     const double k = 0.5 * p0;
     return {p0, k * x.x(), k * x.y(), k * x.z()};
@@ -46,22 +46,22 @@ struct Cayley {
   }  // not finite at phi = pi
   static double angle(double length) { return 2.0 * std::atan(0.5 * length); }
 
-  static SmoothOperator tangent(double z) {
+  SIGMAFMU_INLINE static SmoothOperator tangent(double z) {
     const Radial s = reciprocal(z, 4.0);
     return {s, 0.5 * s, {0.0}};
   }
-  static IsotropicOperator tangent_inverse(double z) { return {1.0 + 0.25 * z, -0.5, 0.25}; }
-  static SmoothOperator screw(double z) {
+  SIGMAFMU_INLINE static IsotropicOperator tangent_inverse(double z) { return {1.0 + 0.25 * z, -0.5, 0.25}; }
+  SIGMAFMU_INLINE static SmoothOperator screw(double z) {
     const Radial s = reciprocal(z, 4.0);
     return {{1.0}, 0.5 * s, 0.25 * s};
   }
-  static IsotropicOperator screw_inverse(double) { return {1.0, -0.5, 0.0}; }
+  SIGMAFMU_INLINE static IsotropicOperator screw_inverse(double) { return {1.0, -0.5, 0.0}; }
 };
 
 // R = cay(c)^2, c = x/4: Wiener-Milenkovic parameters, remark at the end of section 6.4. No trigonometric functions.
 // One-to-one below pi, where |x| = 4; regular up to 2 pi.
 struct Cayley2 {
-  static Quaterniond quaternion(const Vector3d& x) {  // (cos(phi/2), 2 cos^2(phi/4) c)
+  SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) {  // (cos(phi/2), 2 cos^2(phi/4) c)
     const double g = 1.0 / (1.0 + 0.0625 * x.squaredNorm());
     const double k = 0.5 * g;
     return {2.0 * g - 1.0, k * x.x(), k * x.y(), k * x.z()};
@@ -72,16 +72,16 @@ struct Cayley2 {
   }
   static double angle(double length) { return 4.0 * std::atan(0.25 * length); }
 
-  static SmoothOperator tangent(double z) {
+  SIGMAFMU_INLINE static SmoothOperator tangent(double z) {
     const Radial g = reciprocal(z, 16.0), gg = g * g;
     return {g, 0.5 * gg, 0.125 * gg};
   }
-  static IsotropicOperator tangent_inverse(double z) { return {1.0 + 0.0625 * z, -0.5, 0.125}; }
-  static SmoothOperator screw(double z) {
+  SIGMAFMU_INLINE static IsotropicOperator tangent_inverse(double z) { return {1.0 + 0.0625 * z, -0.5, 0.125}; }
+  SIGMAFMU_INLINE static SmoothOperator screw(double z) {
     const Radial g = reciprocal(z, 16.0), gg = g * g;
     return {{1.0}, 0.5 * gg, 0.0625 * g + 0.125 * gg};
   }
-  static IsotropicOperator screw_inverse(double) { return {1.0, -0.5, 0.0625}; }
+  SIGMAFMU_INLINE static IsotropicOperator screw_inverse(double) { return {1.0, -0.5, 0.0625}; }
 };
 
 }  // namespace sigmafmu::lie

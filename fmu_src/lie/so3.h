@@ -17,7 +17,7 @@ namespace sigmafmu::lie {
 using Eigen::Quaterniond;
 
 // Unit quaternion of exp(hat(theta)): (cos(t/2), sin(t/2)/t theta).
-inline Quaterniond exp(const Vector3d& theta) {
+SIGMAFMU_INLINE Quaterniond exp(const Vector3d& theta) {
   const double x = theta.squaredNorm();
   if (x < 1.0) {
     // cos s = 1 - s^2 a(s), sin s / s = 1 - s^2 b(s) with s = t/2
@@ -41,14 +41,14 @@ inline Vector3d log(const Quaterniond& quat) {
 
 // p q for unit quaternions. A Newton step for 1/|r| keeps the product r unit up to rounding over any number of
 // products: it removes what rounding adds and nothing else.
-inline Quaterniond unit_product(const Quaterniond& p, const Quaterniond& q) {
+SIGMAFMU_INLINE Quaterniond unit_product(const Quaterniond& p, const Quaterniond& q) {
   Quaterniond r = p * q;
   r.coeffs() *= 0.5 * (3.0 - r.squaredNorm());
   return r;
 }
 
 // T(theta)^-1 = I + hat(theta)/2 - da/(2a) hat(theta)^2; singular at |theta| = 2 pi k, k = 1, 2, ... x = |theta|^2.
-inline IsotropicOperator so3_tangent_inverse(double x) {
+SIGMAFMU_INLINE IsotropicOperator so3_tangent_inverse(double x) {
   const auto [a, b, da, db] = so3_coefficients(x);
   return {1.0, -0.5, -(0.5 * da / a)};
 }
