@@ -34,8 +34,9 @@ class LocalCoordinatesOf final : public LocalCoordinates {
   static auto part(VectorXd& x, int body) { return x.segment<N>(kVelocitiesPerBody * (body + 1) - N); }
   static PartVector part(const VectorXd& x, int body) { return x.segment<N>(kVelocitiesPerBody * (body + 1) - N); }
 
-  static PartMatrix P(double sigma, const PartVector& theta) {
-    return sigma * PartMatrix::Identity() + (1 - sigma) * Part::tangent(theta);
+  SIGMAFMU_NOINLINE static PartMatrix P_inverse(double sigma, const PartVector& theta) {
+    const PartMatrix P = sigma * PartMatrix::Identity() + (1 - sigma) * Part::tangent(theta);
+    return P.inverse();
   }
   // The pose that the absolute coordinates of a pose stand for: the same up to rounding.
   static Pose represented(const Pose& pose) {
@@ -135,15 +136,15 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
   SIGMAFMU_FLATTEN void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c,
                                    const VectorXd* b, VectorXd& V) const override {
-    V = theta - c;
-    if (rule.transported) {
-      for (int i = 0; i < bodies_; ++i) {
-        part(V, i) = part(theta, i) - Part::tangent_times(part(theta, i), part(c, i));
-      }
+    for (int i = 0; i < bodies_; ++i) {
+      const Vector6d X = of_body(theta, i);
+      const PartVector x = X.template tail<N>();
+      Vector6d w = X - of_body(c, i);
+      if (rule.transported) w.template tail<N>() = x - Part::tangent_times(x, part(c, i));
+      if (b) w += of_body(*b, i);
+      if (rule.sigma[i] != 1.0) w.template tail<N>() = (P_inverse(rule.sigma[i], x) * w.template tail<N>()).eval();
+      V.segment<6>(kVelocitiesPerBody * i) = rule.gamma_prime * w;
     }
-    if (b) V += *b;
-    solve_P(rule, theta, V);
-    V *= rule.gamma_prime;
   }
 
   SIGMAFMU_FLATTEN void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
@@ -161,7 +162,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
   void solve_P(const VelocityRule& rule, const VectorXd& theta, VectorXd& dV) const override {
     for (int i = 0; i < bodies_; ++i) {
-      if (rule.sigma[i] != 1.0) part(dV, i) = (P(rule.sigma[i], part(theta, i)).inverse() * part(dV, i)).eval();
+      if (rule.sigma[i] != 1.0) part(dV, i) = (P_inverse(rule.sigma[i], part(theta, i)) * part(dV, i)).eval();
     }
   }
 
@@ -182,7 +183,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
                                   Derivative derivative, int i) {
     const PartVector theta = part(at.theta, i);
     const double sigma = rule.sigma[i];
-    if (sigma != 1.0) tangents_.P_inverse[i] = P(sigma, theta).inverse();
+    if (sigma != 1.0) tangents_.P_inverse[i] = P_inverse(sigma, theta);
     PartMatrix G = PartMatrix::Identity();
     if (derivative == Derivative::exact) {
       PartVector w = (1 - sigma) / rule.gamma_prime * part(at.V, i);

@@ -6,8 +6,16 @@
 #include <cmath>
 
 // For the small functions that every step calls for every body: compilers leave some of them as calls otherwise.
+// FLATTEN inlines all that a function calls, but what is NOINLINE.
+#ifdef __GNUC__
 #define SIGMAFMU_INLINE inline __attribute__((always_inline))
-#define SIGMAFMU_FLATTEN __attribute__((flatten))  // inlines all that a function calls
+#define SIGMAFMU_FLATTEN __attribute__((flatten))
+#define SIGMAFMU_NOINLINE __attribute__((noinline))
+#else
+#define SIGMAFMU_INLINE inline
+#define SIGMAFMU_FLATTEN
+#define SIGMAFMU_NOINLINE
+#endif
 
 namespace sigmafmu::lie {
 

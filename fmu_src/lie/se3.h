@@ -45,7 +45,7 @@ struct SE3 {
   }
 
   // T(X), 6x6.
-  static Matrix6d tangent(const Vector6d& X) {
+  SIGMAFMU_NOINLINE static Matrix6d tangent(const Vector6d& X) {
     const Terms t(X);
     Matrix6d m = Matrix6d::Zero();
     m.topLeftCorner<3, 3>() = t.S.k.matrix(t.x);
@@ -54,7 +54,7 @@ struct SE3 {
     return m;
   }
   // T(X) w without forming T.
-  static Vector6d tangent_times(const Vector6d& X, const Vector6d& w) {
+  SIGMAFMU_NOINLINE static Vector6d tangent_times(const Vector6d& X, const Vector6d& w) {
     const Terms t(X);
     const Vector3d wt = w.head<3>(), wr = w.tail<3>(), Twr = t.T.k.times(t.x, wr);
     Vector6d r;
@@ -62,7 +62,7 @@ struct SE3 {
     return r;
   }
   // T(X)^-1, 6x6; singular where T(x) is.
-  static Matrix6d tangent_inverse(const Vector6d& X) {
+  SIGMAFMU_NOINLINE static Matrix6d tangent_inverse(const Vector6d& X) {
     const Terms t(X);
     const double z = t.x.squaredNorm();
     const Matrix3d T_inverse = Map::tangent_inverse(z).matrix(t.x), S_inverse = Map::screw_inverse(z).matrix(t.x);
@@ -73,7 +73,7 @@ struct SE3 {
     return m;
   }
   // T(X)^-1 w without forming T^-1.
-  static Vector6d tangent_inverse_times(const Vector6d& X, const Vector6d& w) {
+  SIGMAFMU_NOINLINE static Vector6d tangent_inverse_times(const Vector6d& X, const Vector6d& w) {
     const Terms t(X);
     const double z = t.x.squaredNorm();
     const Vector3d wt = w.head<3>(), wr = w.tail<3>(), xdot = Map::tangent_inverse(z).times(t.x, wr);
@@ -83,7 +83,7 @@ struct SE3 {
     return r;
   }
   // d(T(X) w)/dX for a fixed w, 6x6.
-  static Matrix6d tangent_derivative(const Vector6d& X, const Vector6d& w) {
+  SIGMAFMU_NOINLINE static Matrix6d tangent_derivative(const Vector6d& X, const Vector6d& w) {
     const Terms t(X);
     const Vector3d wt = w.head<3>(), wr = w.tail<3>();
     const Matrix3d dTwr = t.T.derivative(t.x, wr), Twr = hat(t.T.k.times(t.x, wr));
