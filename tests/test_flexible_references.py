@@ -18,6 +18,7 @@ from sigmafmu.reference import (
     ROD,
     ROD_LENGTH,
     differences,
+    exudyn_flexible,
     flexible,
     read_reference,
     rotating_beam,
@@ -44,6 +45,11 @@ from sigmafmu.reference.minimal_coordinates import SliderCrank
 from sigmafmu.reference.segments import pendulum_chain, pendulum_motion, spin_up_chain, spin_up_deflection
 
 REFERENCES = Path(__file__).parent / "references"
+LIVE = {
+    "FlexiblePendulum": (0.1, 1e-4),
+    "FlexibleSliderCrank": (0.1, 1e-4),
+    "SpinUpBeam": (5.0, 2.5e-3),
+}  # span, step; s
 SHORT = {"FlexiblePendulum": 0.05, "FlexibleSliderCrank": 0.03, "SpinUpBeam": 0.5}  # s
 
 
@@ -347,14 +353,32 @@ def test_stiff_rod_moves_as_a_rigid_one():
 def test_exudyn_live_converges_to_the_file(name):
     """Newmark's method: second order towards the reference, and extrapolated within its own error."""
     build, settings = EXUDYN[name]
-    history = reference(name)[1]
-    runs = [simulate(name, replace(settings, step_size=h), 0.1, 0.01, build=build).history for h in (4e-4, 2e-4, 1e-4)]
+    history, sample = reference(name)[1], FLEXIBLE_SAMPLE_STEP[name]
+    span, finest = LIVE[name]
+    steps = [replace(settings, step_size=factor * finest) for factor in (4, 2, 1)]
+    runs = [simulate(name, step, span, sample, build=build).history for step in steps]
     errors = [differences(*shared(run, history)) for run in runs]
     for group in ("position", "quaternion", "modal"):
         assert errors[1][group] / errors[2][group] == pytest.approx(4.0, abs=0.4)
     coarse, fine = richardson(*runs[:2]), richardson(*runs[1:])
     own, found = differences(fine, coarse), differences(*shared(fine, history))
     assert {g: (v, own[g]) for g, v in found.items() if v > own[g]} == {}
+
+
+@pytest.mark.exudyn
+def test_live_comparison_notices_a_slightly_different_beam(monkeypatch):
+    """A thousandth more stiffness must not pass."""
+    build, settings = EXUDYN["FlexiblePendulum"]
+    stiffer = tuple(1.001 * b for b in PENDULUM_BENDING)
+    monkeypatch.setattr(exudyn_flexible, "pendulum_cloud", lambda: pendulum_cloud(stiffer))
+    runs = [
+        simulate("FlexiblePendulum", replace(settings, step_size=h), 0.1, 0.01, build=build).history
+        for h in (4e-4, 2e-4, 1e-4)
+    ]
+    coarse, fine = richardson(*runs[:2]), richardson(*runs[1:])
+    own, found = differences(fine, coarse), differences(*shared(fine, reference("FlexiblePendulum")[1]))
+    assert found["position"] > own["position"]
+    assert found["modal"] > own["modal"]
 
 
 # --- spin-up ----------------------------------------------------------------------------------------------------------
@@ -473,7 +497,7 @@ def deflections(factor, powers, times):
     return chain[:, 1:], modes[:, 1:]
 
 
-@pytest.mark.slow
+@pytest.mark.heavy
 def test_pendulum_with_more_modes_and_a_stiffer_beam_moves_as_a_chain():
     """Two of its slowest periods, 16 times the stiffness. What is left with four shapes in each plane is the error of
     ten segments (3 %, by twenty) and the missing stiffening, which falls with 1/stiffness. Two shapes are 14 % off in
@@ -488,7 +512,7 @@ def test_pendulum_with_more_modes_and_a_stiffer_beam_moves_as_a_chain():
     assert np.abs(two - chain).max() > 0.3 * size
 
 
-@pytest.mark.slow
+@pytest.mark.heavy
 def test_pendulum_as_defined_bends_more_than_a_chain():
     """What linear modes cannot do, with any number of shapes: the stiffening by the centrifugal force is missing."""
     times = np.linspace(0.0, 0.24, 13)

@@ -25,8 +25,9 @@ from sigmafmu.reference import (
     ROD,
     ROD_LENGTH,
     SLIDER,
+    Body,
 )
-from sigmafmu.reference.clouds import PENDULUM_ANGULAR_VELOCITY, Cloud, conrod_cloud, pendulum_cloud
+from sigmafmu.reference.clouds import PENDULUM_ANGULAR_VELOCITY, Cloud, SpinUp, conrod_cloud, pendulum_cloud
 from sigmafmu.reference.exudyn_models import FlexibleBody, Model, slider_crank_coordinates
 
 
@@ -66,8 +67,9 @@ def add_flexible_body(
     velocity: np.ndarray,
     angular_velocity: np.ndarray,
     stations: dict[str, int],
+    gravity: np.ndarray = GRAVITY,
 ) -> FlexibleBody:
-    """Add the cloud as an ObjectFFRFreducedOrder, undeformed, under gravity; initial velocities in W.
+    """Add the cloud as an ObjectFFRFreducedOrder, undeformed; initial velocities and gravity in W.
 
     `stations`: column prefix → section whose centre is recorded.
     """
@@ -92,7 +94,7 @@ def add_flexible_body(
         )
     )
     model.mbs.AddLoad(
-        model.exu.itemInterface.LoadForceVector(markerNumber=weight, loadVector=(cloud.mass * GRAVITY).tolist())
+        model.exu.itemInterface.LoadForceVector(markerNumber=weight, loadVector=(cloud.mass * gravity).tolist())
     )
     body = FlexibleBody(
         added["nRigidBody"],
@@ -144,3 +146,24 @@ def flexible_slider_crank(model: Model) -> None:
     model.joint(model.marker(slider, zero), frame, [0, 0, 0, 0, 0, 1])
     model.joint(model.marker(ground, zero), model.marker(slider, zero), [0, 1, 1, 1, 1, 1])
     model.derived = slider_crank_coordinates
+
+
+def spin_up_beam(model: Model, spin_up: SpinUp | None = None) -> None:
+    """SpinUpBeam: hub on a revolute joint about W z, the floating frame fixed to it, torque on the hub."""
+    spin_up = spin_up or SpinUp()
+    zero, inertia = np.zeros(3), spin_up.inertia
+    # the joint leaves the hub's mass and its other moments without effect
+    hub = model.add_body(Body("hub", 1.0, (spin_up.hub_inertia,) * 3, (0.0,) * 3, (0.0,) * 3, (0.0,) * 3), zero)
+    beam = add_flexible_body(model, "beam", spin_up.cloud, zero, np.eye(3), zero, zero, {"tip": -1}, zero)
+    ground, shaft = model.marker(model.add_ground(), zero), model.marker(hub, zero)
+    model.joint(ground, shaft, [1, 1, 1, 1, 1, 0])
+    model.joint(shaft, model.node_marker(beam.frame), [1, 1, 1, 1, 1, 1])
+
+    def torque(_mbs: Any, t: float, _load: Any) -> list[float]:
+        return [0.0, 0.0, inertia * float(spin_up.acceleration(t))]
+
+    model.mbs.AddLoad(
+        model.exu.itemInterface.LoadTorqueVector(
+            markerNumber=shaft, loadVector=[0.0, 0.0, 0.0], loadVectorUserFunction=torque
+        )
+    )
