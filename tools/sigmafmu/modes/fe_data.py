@@ -73,7 +73,7 @@ def fe_data(K: checks.Matrix, M: checks.Matrix, X: np.ndarray, names: tuple[str,
         checks.symmetric(name, A)
     K, M = sp.csr_array((K + K.T) / 2), sp.csr_array((M + M.T) / 2)
     scalar = _scalar_mass(M, names[1])
-    for name, A in ((names[1], scalar), (names[0], K)):
+    for name, A in ((f"the nodal mass matrix of {names[1]}", scalar), (names[0], K)):
         checks.positive_semidefinite(name, A)
     _sensible_mass(scalar, X, names[1])
     _free(K, X, names[0])
