@@ -1,6 +1,8 @@
 """`sigmafmu modes`: what it prints and writes, and one line for every mistake."""
 
 import shlex
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ import scipy.sparse as sp
 from typer.testing import CliRunner, Result
 
 from sigmafmu.cli import app
-from sigmafmu.modes import read
+from sigmafmu.modes import beam, cli, data, read, reduction, shapes
 
 from .hexahedra import block
 
@@ -44,6 +46,32 @@ def fe_files(tmp_path_factory) -> str:
     sp.save_npz(folder / "M.npz", M)
     np.savetxt(folder / "nodes.csv", X, delimiter=",")
     return f"--stiffness {folder / 'K.mtx'} --mass {folder / 'M.npz'} --nodes {folder / 'nodes.csv'}"
+
+
+def test_other_commands_need_no_scipy():
+    code = "import sys; sys.modules['scipy'] = None; from sigmafmu.cli import app; app(['path', 'HeavyTop'])"
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_without_scipy_the_extra_is_named():
+    code = "import sys; sys.modules['scipy'] = None; from sigmafmu.cli import app; app(['modes', 'check', 'a.json'])"
+    result = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+    assert result.returncode == 1
+    assert result.stderr.strip() == "Error: modes need SciPy: pip install 'sigmafmu[modes]'"
+
+
+@pytest.mark.parametrize(
+    ("choices", "allowed"),
+    [
+        (cli.Theory, beam.THEORIES),
+        (cli.Boundary, beam.BOUNDARIES),
+        (cli.Shape, shapes.SHAPES),
+        (cli.Frame, reduction.FRAMES),
+        (cli.Scale, data.SCALES),
+    ],
+)
+def test_choices_are_those_of_the_library(choices, allowed):
+    assert [choice.value for choice in choices] == list(allowed)
 
 
 @pytest.mark.parametrize("command", ["", "beam", "shapes", "fe", "check"])

@@ -3,26 +3,31 @@
 >>> from sigmafmu.modes import Section, beam_modes, write
 >>> body = beam_modes(1.0, Section.rectangle(0.02, 0.03), E=210e9, nu=0.3, density=7850.0)
 >>> write(body, "beam.json")  # doctest: +SKIP
+
+Names are looked up when they are used: the command line imports this package, and SciPy is an extra.
 """
 
-from sigmafmu.modes.beam import beam_modes
-from sigmafmu.modes.data import ModalData
-from sigmafmu.modes.fe_data import FeData, read_fe
-from sigmafmu.modes.file import read, write
-from sigmafmu.modes.reduction import craig_bampton, fixed_modes, free_modes
-from sigmafmu.modes.section import Section
-from sigmafmu.modes.shapes import shape_modes
+from importlib import import_module
+from typing import Any
 
-__all__ = [
-    "FeData",
-    "ModalData",
-    "Section",
-    "beam_modes",
-    "craig_bampton",
-    "fixed_modes",
-    "free_modes",
-    "read",
-    "read_fe",
-    "shape_modes",
-    "write",
-]
+_MODULES = {
+    "FeData": "fe_data",
+    "ModalData": "data",
+    "Section": "section",
+    "beam_modes": "beam",
+    "craig_bampton": "reduction",
+    "fixed_modes": "reduction",
+    "free_modes": "reduction",
+    "read": "file",
+    "read_fe": "fe_data",
+    "shape_modes": "shapes",
+    "write": "file",
+}
+
+__all__ = list(_MODULES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__} has no attribute {name}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
