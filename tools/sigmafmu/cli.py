@@ -13,6 +13,7 @@ from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar, show_message, split_setting
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
+from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.study.cli import register as register_study
 
 
@@ -262,6 +263,7 @@ def _write_text(path: Path, text: str) -> None:
 
 register_loop(app)
 register_coupling(app)
+register_modes(app)
 register_study(app)
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ Two sources that share nothing but the numbers in this file:
 - `exudyn_models`: redundant coordinates and constraints, solved by Exudyn (a peer code);
 - `minimal_coordinates`: no constraints at all, solved by SciPy's DOP853.
 
-`make` writes `tests/references/<Model>.csv` from the first and states the distance to the second.
+`make` writes `tests/references/<Model>.csv` from the first and states the distance to the second. For the mechanisms
+with a flexible body it is the other way round (`flexible`, `make_flexible`); `segments` is a third source for them.
 
 SI units. W is the inertial frame, B a body's frame at its centre of mass (COM). Columns carry the variable names of the
 FMUs, so a reference can be compared with a simulation result by name; `time` is the first column.
@@ -99,6 +100,10 @@ STOP_TIME = {"HeavyTop": 2.0, "HighSpeedRotor": 1.0, "SliderCrank": 5.0}  # s, s
 SAMPLE_STEP = {"HeavyTop": 0.01, "HighSpeedRotor": 0.005, "SliderCrank": 0.01}  # s, their output grid
 MODELS = tuple(STOP_TIME)
 
+FLEXIBLE_STOP_TIME = {"FlexiblePendulum": 2.0, "FlexibleSliderCrank": 2.0, "SpinUpBeam": 20.0}  # s
+FLEXIBLE_SAMPLE_STEP = {"FlexiblePendulum": 0.01, "FlexibleSliderCrank": 0.01, "SpinUpBeam": 0.05}  # s
+FLEXIBLE_MODELS = tuple(FLEXIBLE_STOP_TIME)
+
 
 def vector_columns(name: str, size: int = 3) -> list[str]:
     """Column names of a vector: name[1] … name[size]."""
@@ -148,15 +153,28 @@ GROUPS = {
     "velocity": "m/s",
     "angularVelocity": "rad/s",
     "angle": "rad",
+    "modal": "m",
+    "modalRate": "m/s",
+    "energy": "J",
     "reactionForce": "N",
 }
 """Kind of quantity → unit, for statements about errors."""
 
 
+_SAME_KIND = {
+    "displacement": "position",
+    "deflection": "position",
+    "rate": "velocity",
+    "angularRate": "angularVelocity",
+    "kinetic": "energy",
+    "potential": "energy",
+}
+
+
 def group_of(column: str) -> str:
     """Kind of quantity of a column: `top.position[1]` → position, `guide.displacement` → position."""
     kind = column.rpartition(".")[2].partition("[")[0]
-    return "position" if kind == "displacement" else kind
+    return _SAME_KIND.get(kind, kind)
 
 
 def differences(history: History, reference: History) -> dict[str, float]:

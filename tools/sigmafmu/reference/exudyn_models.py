@@ -95,6 +95,19 @@ def _is_fast() -> bool:
     return "exudyn.exudynCPPfast" in sys.modules
 
 
+@dataclass(frozen=True)
+class FlexibleBody:
+    """Exudyn's numbers of a flexible body: node of its frame, node of its modal coordinates, object, stations.
+
+    A station is a column prefix and the nodes of the mesh whose mean position is recorded.
+    """
+
+    frame: Any
+    modal: Any
+    body: Any
+    stations: dict[str, range]
+
+
 @dataclass
 class Model:
     """An Exudyn system, and what is read from it."""
@@ -103,18 +116,23 @@ class Model:
     mbs: Any
     rotation: str
     bodies: dict[str, Any] = field(default_factory=dict)  # name → Exudyn body
+    flexible: dict[str, FlexibleBody] = field(default_factory=dict)
     points: list[tuple[str, Any, np.ndarray]] = field(default_factory=list)  # column, Exudyn body, point in B
     forces: list[tuple[str, Any, str, float, str | None]] = field(default_factory=list)
     """Column, Exudyn joint, output variable, sign, body in whose axes Exudyn reports it (None: W)."""
     derived: Callable[[History], None] = lambda history: None  # adds the columns that follow from others
 
-    def add_body(self, body: Body, gravity: np.ndarray) -> Any:
-        """Add a rigid body, gravity in m/s2 in W; returns Exudyn's number of it."""
-        node_type = {
+    @property
+    def rotation_type(self) -> Any:
+        """Exudyn's type of the nodes of rigid bodies and frames."""
+        return {
             "eulerParameters": self.exu.NodeType.RotationEulerParameters,
             "lieGroup": self.exu.NodeType.RotationRotationVector,
             "taitBryan": self.exu.NodeType.RotationRxyz,
         }[self.rotation]
+
+    def add_body(self, body: Body, gravity: np.ndarray) -> Any:
+        """Add a rigid body, gravity in m/s2 in W; returns Exudyn's number of it."""
         number = self.mbs.CreateRigidBody(
             name=body.name,
             referencePosition=list(body.position),
@@ -123,7 +141,7 @@ class Model:
             initialAngularVelocity=list(body.angular_velocity),
             inertia=self.exu.rigidBodyUtilities.RigidBodyInertia(mass=body.mass, inertiaTensor=np.diag(body.inertia)),
             gravity=list(gravity),
-            nodeType=node_type,
+            nodeType=self.rotation_type,
             show=False,
         )
         self.bodies[body.name] = number
@@ -138,6 +156,10 @@ class Model:
         return self.mbs.AddMarker(
             self.exu.itemInterface.MarkerBodyRigid(bodyNumber=body, localPosition=[float(x) for x in point])
         )
+
+    def node_marker(self, node: Any) -> Any:
+        """Add a marker with the position and the axes of a node."""
+        return self.mbs.AddMarker(self.exu.itemInterface.MarkerNodeRigid(nodeNumber=node))
 
     def joint(self, first: Any, second: Any, axes: list[int]) -> Any:
         """Constrain translations and rotations of two markers; three rotations free: spherical joint."""
@@ -198,10 +220,10 @@ def slider_crank(model: Model) -> None:
         ("wristPin.reactionForce", wrist_pin, "ForceLocal", 1.0, "slider"),
         ("guide.reactionForce", guide, "ForceLocal", -1.0, None),
     ]
-    model.derived = _slider_crank_coordinates
+    model.derived = slider_crank_coordinates
 
 
-def _slider_crank_coordinates(history: History) -> None:
+def slider_crank_coordinates(history: History) -> None:
     """θ from the crank's quaternion (cos θ/2, sin θ/2, 0, 0), unwrapped, and s = x_C."""
     half = np.arctan2(history["crank.quaternion[2]"], history["crank.quaternion[1]"])
     history["crankPivot.angle"] = np.unwrap(2.0 * half)
@@ -268,37 +290,53 @@ def simulate(
     )
 
 
-def _probes(model: Model) -> list[tuple[str, str, Any, str, np.ndarray | None]]:
-    """All that is read from Exudyn: (column, body | joint, Exudyn number, output variable, point in B)."""
-    probes: list[tuple[str, str, Any, str, np.ndarray | None]] = []
+def _probes(model: Model) -> list[tuple[str, str, Any, str, Any]]:
+    """All that is read from Exudyn: (column, kind, Exudyn number, output variable, place).
+
+    Kinds: body (place: point in B), node, mesh (of a flexible body; place: number of the mesh node), joint.
+    """
+    motion = (
+        ("position", "Position"),
+        ("rotation", "RotationMatrix"),
+        ("velocity", "Velocity"),
+        ("angularVelocity", "AngularVelocityLocal"),
+    )
+    probes: list[tuple[str, str, Any, str, Any]] = []
     for name, body in model.bodies.items():
-        for column, variable in (
-            ("position", "Position"),
-            ("rotation", "RotationMatrix"),
-            ("velocity", "Velocity"),
-            ("angularVelocity", "AngularVelocityLocal"),
-        ):
-            probes.append((f"{name}.{column}", "body", body, variable, np.zeros(3)))
+        probes += [(f"{name}.{column}", "body", body, variable, np.zeros(3)) for column, variable in motion]
+    for name, flexible in model.flexible.items():
+        probes += [(f"{name}.{column}", "node", flexible.frame, variable, None) for column, variable in motion]
+        probes.append((f"{name}.modal", "node", flexible.modal, "Coordinates", None))
+        probes.append((f"{name}.modalRate", "node", flexible.modal, "Coordinates_t", None))
+        for station, nodes in flexible.stations.items():
+            probes += [(f"{station}.{node}", "mesh", flexible.body, "Position", node) for node in nodes]
     probes += [(column, "body", body, "Position", point) for column, body, point in model.points]
     probes += [(column, "joint", joint, variable, None) for column, joint, variable, _, _ in model.forces]
     return probes
 
 
-def _sensor(model: Model, kind: str, number: Any, variable: str, point: np.ndarray | None) -> Any:
-    items, output = model.exu.itemInterface, getattr(model.exu.OutputVariableType, variable)
+def _sensor(model: Model, kind: str, number: Any, variable: str, place: Any) -> Any:
+    items = model.exu.itemInterface
+    common = {"outputVariableType": getattr(model.exu.OutputVariableType, variable), "storeInternal": True}
     if kind == "body":
-        sensor = items.SensorBody(
-            bodyNumber=number, localPosition=list(point), outputVariableType=output, storeInternal=True
-        )
+        sensor = items.SensorBody(bodyNumber=number, localPosition=list(place), **common)
+    elif kind == "node":
+        sensor = items.SensorNode(nodeNumber=number, **common)
+    elif kind == "mesh":
+        sensor = items.SensorSuperElement(bodyNumber=number, meshNodeNumber=place, **common)
     else:
-        sensor = items.SensorObject(objectNumber=number, outputVariableType=output, storeInternal=True)
+        sensor = items.SensorObject(objectNumber=number, **common)
     return model.mbs.AddSensor(sensor)
 
 
-def _read(model: Model, kind: str, number: Any, variable: str, point: np.ndarray | None) -> np.ndarray:
+def _read(model: Model, kind: str, number: Any, variable: str, place: Any) -> np.ndarray:
     output = getattr(model.exu.OutputVariableType, variable)
     if kind == "body":
-        value = model.mbs.GetObjectOutputBody(number, output, localPosition=list(point))
+        value = model.mbs.GetObjectOutputBody(number, output, localPosition=list(place))
+    elif kind == "node":
+        value = model.mbs.GetNodeOutput(number, output)
+    elif kind == "mesh":
+        value = model.mbs.GetObjectOutputSuperElement(number, output, place)
     else:
         value = model.mbs.GetObjectOutput(number, output)
     return np.asarray(value, dtype=float).reshape(-1)
@@ -335,12 +373,19 @@ def _simulation_settings(exu: Any, settings: Settings, stop_time: float, steps: 
 def _history(model: Model, times: np.ndarray, values: dict[str, np.ndarray]) -> History:
     """Exudyn's values under the FMU's names, in the FMU's axes and signs."""
     history: History = {"time": times}
-    rotations = {name: values[f"{name}.rotation"].reshape(-1, 3, 3) for name in model.bodies}
-    for name in model.bodies:
+    bodies = [*model.bodies, *model.flexible]
+    rotations = {name: values[f"{name}.rotation"].reshape(-1, 3, 3) for name in bodies}
+    for name in bodies:
         add_vector(history, f"{name}.position", values[f"{name}.position"])
         add_vector(history, f"{name}.quaternion", quaternions_from_matrices(rotations[name]))
         add_vector(history, f"{name}.velocity", values[f"{name}.velocity"])
         add_vector(history, f"{name}.angularVelocity", values[f"{name}.angularVelocity"])
+    for name, flexible in model.flexible.items():
+        add_vector(history, f"{name}.modal", values[f"{name}.modal"])
+        add_vector(history, f"{name}.modalRate", values[f"{name}.modalRate"])
+        for station, nodes in flexible.stations.items():
+            mean = np.mean([values[f"{station}.{node}"] for node in nodes], axis=0)
+            add_vector(history, f"{station}.position", mean)
     for column, _, _ in model.points:
         add_vector(history, column, values[column])
     for column, _, _, sign, axes in model.forces:

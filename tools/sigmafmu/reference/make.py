@@ -6,7 +6,8 @@ Every mechanism is solved with three steps 4h, 2h and h. Mechanisms with constra
 Newmark's method, of second order: the file holds Richardson's extrapolation of the two finer runs, and its stated
 error is the distance to the extrapolation of the two coarser ones. The rotor is solved explicitly (RK67, sixth order,
 exact to rounding already): the file holds the finest run, its stated error is the distance to the next one. Beside it
-stands the distance to the independent solution in minimal coordinates.
+stands the distance to the independent solution in minimal coordinates. The mechanisms with a flexible body are made by
+`make_flexible`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 import typer
 
 from sigmafmu.reference import (
+    FLEXIBLE_MODELS,
     GROUPS,
     MODELS,
     SAMPLE_STEP,
@@ -116,7 +118,7 @@ def make(name: str, folder: Path) -> Path:
         "solver": f"Exudyn {runs[-1].version} on {platform.system()} {platform.machine()}",
         "formulation": recipe.description,
         "steps": ", ".join(f"{step:g}" for step in steps) + " s",
-        "Newton tolerance": _tolerance(recipe.settings),
+        "Newton tolerance": tolerance_of(recipe.settings),
         "values": how[0],
         "stated error": how[1],
         **{f"stated error, {group}": f"{value:.1e} {GROUPS[group]}" for group, value in error.items()},
@@ -124,20 +126,20 @@ def make(name: str, folder: Path) -> Path:
         **{f"deviation, {group}": f"{value:.1e} {GROUPS[group]}" for group, value in deviation.items()},
     }
     path = folder / f"{name}.csv"
-    _write(path, header, reference)
+    write(path, header, reference)
     for group, value in deviation.items():
         typer.echo(f"  {group:<16} stated error {error[group]:.1e}, deviation {value:.1e} {GROUPS[group]}")
     typer.echo(f"  {path}: {path.stat().st_size / 1e3:.0f} kB")
     return path
 
 
-def _tolerance(settings: Settings) -> str:
+def tolerance_of(settings: Settings) -> str:
     if settings.scheme == "RK67":
         return "none (explicit)"
     return f"{settings.relative_tolerance:g} relative, {settings.absolute_tolerance:g} absolute"
 
 
-def _write(path: Path, header: dict[str, str], history: History) -> None:
+def write(path: Path, header: dict[str, str], history: History) -> None:
     """Header lines, column names, table; 17 digits for positions and angles, 13 for the rest, 12 for time."""
     digits = {"position": 17, "angle": 17, "time": 12}
     columns = [
@@ -154,14 +156,17 @@ def main(
     only: Annotated[list[str] | None, typer.Option(help="Make the reference of this model only (repeatable).")] = None,
     output: Annotated[Path, typer.Option(help="Folder that gets the files.")] = Path("tests/references"),
 ) -> None:
-    """Make the reference solutions of the benchmark mechanisms with Exudyn."""
-    models: Sequence[str] = only or MODELS
-    unknown = set(models) - set(MODELS)
+    """Make the reference solutions of the benchmark mechanisms."""
+    from sigmafmu.reference.make_flexible import make_flexible  # which uses this module
+
+    known = (*MODELS, *FLEXIBLE_MODELS)
+    models: Sequence[str] = only or known
+    unknown = set(models) - set(known)
     if unknown:
-        raise typer.BadParameter(f"no such model: {', '.join(sorted(unknown))}; there are {', '.join(MODELS)}")
+        raise typer.BadParameter(f"no such model: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
     output.mkdir(parents=True, exist_ok=True)
     for name in models:
-        make(name, output)
+        (make if name in MODELS else make_flexible)(name, output)
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def integrate(
     return np.array(states)
 
 
-def _rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
+def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
     """R = I + 2 w ũ + 2 ũ² for unit quaternions (w, u), n × 4 → n × 3 × 3."""
     w, u = quaternions[:, 0], quaternions[:, 1:]
     tilde = np.zeros((len(u), 3, 3))
@@ -114,7 +114,7 @@ def heavy_top(times: np.ndarray) -> History:
     quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
     omega = states[:, 4:]
     omega_dot = np.array([rhs(0.0, y)[4:] for y in states])
-    rotations = _rotation_matrices(quaternions)
+    rotations = rotation_matrices(quaternions)
 
     def in_world(vectors: np.ndarray) -> np.ndarray:
         return np.einsum("nij,nj->ni", rotations, vectors)
@@ -192,7 +192,7 @@ def high_speed_rotor(times: np.ndarray, rotor: Rotor | None = None) -> History:
     half = 0.5 * (rotor.spin * times + delta[:, 0])
     turn = np.column_stack([np.cos(half), np.sin(half), np.zeros((len(half), 2))])
     quaternion = continuous_sign(_quaternion_product(shortest, turn))
-    rotations = _rotation_matrices(quaternion)
+    rotations = rotation_matrices(quaternion)
     history: History = {"time": times}
     _add_body(history, "rotor", position, quaternion, velocity)
     add_vector(history, "rotor.angularVelocity", np.einsum("nji,nj->ni", rotations, spin[:, None] * axis + across))
