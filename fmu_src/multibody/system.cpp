@@ -12,7 +12,7 @@ PairBlocks all(Matrix6d (&m)[2][2]) { return {{{&m[0][0], &m[0][1]}, {&m[1][0], 
 }  // namespace
 
 System::System(const MultibodyDef& d) {
-  const int n = static_cast<int>(d.bodies.size());
+  const int n = body_count_ = static_cast<int>(d.bodies.size());
   pattern_.body_sizes.assign(n, kVelocitiesPerBody);
   for (int i = 0; i < n; ++i) {
     flexible_index_.push_back(d.bodies[i].modal ? flexible_count() : -1);
@@ -40,29 +40,39 @@ System::System(const MultibodyDef& d) {
   for (const JointDef& definition : d.joints) {
     const Joint joint(definition);
     const int j = static_cast<int>(joints_.size());
-    const Ends ends = {make_end(joint.body1(), definition.frame1.node),
-                       make_end(joint.body2(), definition.frame2.node)};
+    const Ends ends = make_ends(make_end(joint.body1(), definition.frame1.node),
+                                make_end(joint.body2(), definition.frame2.node), joint.couples_rotations());
     pattern_.joint_sizes.push_back(joint.equations());
     NodeJoint node_joint{j, {-1, -1}};
-    for (int side = 0; side < 2; ++side) {
-      if (ends[side].body == kGround) continue;
-      pattern_.incidences.push_back({j, ends[side].body, side});
-      if (ends[side].node_frame == 0) continue;
-      node_joint.modal_incidence[side] = static_cast<int>(pattern_.modal_incidences.size());
-      pattern_.modal_incidences.push_back({j, flexible_index_[ends[side].body], side});
+    for (int i = 0; i < 2; ++i) {
+      const End& end = ends.side[i];
+      if (end.body == kGround) continue;
+      pattern_.incidences.push_back({j, end.body, i});
+      if (end.node_frame == 0) continue;
+      node_joint.modal_incidence[i] = static_cast<int>(pattern_.modal_incidences.size());
+      pattern_.modal_incidences.push_back({j, flexible_index_[end.body], i});
     }
-    if (at_node(ends)) node_joints_.push_back(node_joint);
-    if (joint.couples_rotations()) couple(ends);
+    if (ends.at_node()) {
+      node_joints_.push_back(node_joint);
+    } else {
+      frame_joints_.push_back(j);
+    }
     lambda_index_.push_back(constraint_size_);
     constraint_size_ += joint.equations();
     motor_index_.push_back(joint.has_motor() ? input_size_++ : -1);
     joint_ends_.push_back(ends);
     joints_.push_back(joint);
   }
-  for (const SpringDamperDef& s : d.spring_dampers) {
-    spring_dampers_.push_back({s.body1, s.body2, {s.point1, s.point2}, s.stiffness, s.damping});
-    spring_ends_.push_back({make_end(s.body1, s.node1), make_end(s.body2, s.node2)});
-    couple(spring_ends_.back());
+  for (const SpringDamperDef& definition : d.spring_dampers) {
+    const int s = static_cast<int>(spring_dampers_.size());
+    spring_dampers_.push_back({definition.body1,
+                               definition.body2,
+                               {definition.point1, definition.point2},
+                               definition.stiffness,
+                               definition.damping});
+    spring_ends_.push_back(
+        make_ends(make_end(definition.body1, definition.node1), make_end(definition.body2, definition.node2), true));
+    (spring_ends_.back().at_node() ? node_springs_ : frame_springs_).push_back(s);
     actuator_index_.push_back(input_size_);
     input_size_ += 3;
   }
@@ -78,21 +88,19 @@ System::End System::make_end(int body, int node) {
   return {body, body_count() + static_cast<int>(k), static_cast<int>(k)};
 }
 
-void System::add_pair(int i, int j) {
-  int& index = pair_table_[i * nodes_ + j];
-  if (index >= 0) return;
-  auto& pairs = std::max(i, j) < body_count() ? pattern_.body_pairs : pattern_.modal_pairs;
-  index = static_cast<int>(pairs.size());
-  pairs.emplace_back(i, j);
-}
-
-// The frames and, at nodes, the modes of two bodies.
-void System::couple(const Ends& ends) {
-  if (ends[0].body == kGround || ends[1].body == kGround) return;
+// Adds the blocks that couple two bodies: their frames and, at nodes, their modes.
+System::Ends System::make_ends(const End& end1, const End& end2, bool coupled) {
+  Ends ends{{end1, end2}, {{-1, -1}, {-1, -1}}};
+  for (int i = 0; i < 2; ++i) {
+    if (ends.side[i].body != kGround) ends.pair[i][i] = ends.side[i].body;
+  }
+  if (!coupled || end1.body == kGround || end2.body == kGround) return ends;
+  ends.pair[0][1] = add_pair(end1.body, end2.body);
+  ends.pair[1][0] = add_pair(end2.body, end1.body);
   std::vector<int> nodes[2];
-  for (int side = 0; side < 2; ++side) {
-    nodes[side].push_back(ends[side].body);
-    if (ends[side].node_frame > 0) nodes[side].push_back(pattern_.modal_node(flexible_index_[ends[side].body]));
+  for (int i = 0; i < 2; ++i) {
+    nodes[i].push_back(ends.side[i].body);
+    if (ends.side[i].node_frame > 0) nodes[i].push_back(pattern_.modal_node(flexible_index_[ends.side[i].body]));
   }
   for (int i : nodes[0]) {
     for (int j : nodes[1]) {
@@ -100,6 +108,17 @@ void System::couple(const Ends& ends) {
       add_pair(j, i);
     }
   }
+  return ends;
+}
+
+int System::add_pair(int i, int j) {
+  int& index = pair_table_[i * nodes_ + j];
+  if (index < 0) {
+    auto& pairs = std::max(i, j) < body_count() ? pattern_.body_pairs : pattern_.modal_pairs;
+    index = static_cast<int>(pairs.size());
+    pairs.emplace_back(i, j);
+  }
+  return index;
 }
 
 void System::set_values(const MultibodyDef& d) {
@@ -167,6 +186,19 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     k.v_WB = Vector3d(vi[0], vi[1], vi[2]);
     k.w_WB_B = Vector3d(vi[3], vi[4], vi[5]);
   }
+  if (!flexible_.empty()) evaluate_flexible(q, v, e);
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    const Ends& ends = joint_ends_[j];
+    joints_[j].constraint(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.joints[j]);
+  }
+  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
+    const Ends& ends = spring_ends_[s];
+    spring_dampers_[s].evaluate(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.spring_dampers[s]);
+  }
+  if (!node_joints_.empty()) evaluate_node_gradients(e);
+}
+
+void System::evaluate_flexible(const VectorXd& q, const VectorXd& v, Evaluation& e) const {
   for (int f = 0; f < flexible_count(); ++f) {
     FlexibleEvaluation& flexible = e.flexible[f];
     flexible_[f].evaluate(e.bodies[flexible_bodies_[f]], q.data() + modal_position(f), v.data() + modal_velocity(f),
@@ -179,23 +211,19 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     evaluate_node_frame(flexible_[f], e.flexible[f], node, e.bodies[body], e.bodies[body_count() + k],
                         e.node_frames[k]);
   }
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const Ends& ends = joint_ends_[j];
-    joints_[j].constraint(e.bodies[ends[0].frame], e.bodies[ends[1].frame], e.joints[j]);
-  }
-  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
-    const Ends& ends = spring_ends_[s];
-    spring_dampers_[s].evaluate(e.bodies[ends[0].frame], e.bodies[ends[1].frame], e.spring_dampers[s]);
-  }
-  for (std::size_t k = 0; k < node_joints_.size(); ++k) {  // B_N -> B = B_N J
+}
+
+// B = B_N J.
+void System::evaluate_node_gradients(Evaluation& e) const {
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
     const auto& [j, incidence] = node_joints_[k];
-    for (int side = 0; side < 2; ++side) {
-      JointRows &B = e.joints[j].B[side], &B_N = e.node_gradients[k][side];
+    for (int i = 0; i < 2; ++i) {
+      JointRows &B = e.joints[j].B[i], &B_N = e.node_gradients[k][i];
       B_N = B;
-      if (incidence[side] < 0) continue;
-      const Matrix6Xd& J = e.node_frames[joint_ends_[j][side].node_frame].J;
+      if (incidence[i] < 0) continue;
+      const Matrix6Xd& J = e.node_frames[joint_ends_[j].side[i].node_frame].J;
       B = B_N.lazyProduct(J.leftCols<6>());
-      e.modal_joints[incidence[side]].B = B_N.lazyProduct(J.rightCols(J.cols() - 6));
+      e.modal_joints[incidence[i]].B = B_N.lazyProduct(J.rightCols(J.cols() - 6));
     }
   }
 }
@@ -208,12 +236,6 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
     ri = bodies_[i].inertial_force(e.bodies[i], vdot.segment<6>(6 * i));
     ri.head<3>() -= bodies_[i].mass * gravity_ + Vector3d(input[0], input[1], input[2]);
     ri.tail<3>() -= Vector3d(input[3], input[4], input[5]);
-  }
-  for (int f = 0; f < flexible_count(); ++f) {
-    const int i = flexible_bodies_[f], modal = modal_velocity(f);
-    r.segment(modal, flexible_[f].modes()).setZero();
-    flexible_[f].add_residual(e.bodies[i], e.flexible[f], vdot.data() + 6 * i, vdot.data() + modal, gravity_,
-                              r.data() + 6 * i, r.data() + modal);
   }
   for (const Load& load : loads_) {
     Segment6 ri(r.data() + 6 * load.body);
@@ -232,10 +254,30 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
         for (int c = 0; c < kVelocitiesPerBody; ++c) ri[c] += row[c] * multipliers[m];
       }
     }
-    if (joint.has_motor() && u[motor_index_[j]] != 0.0 && !at_node(joint_ends_[j])) {
+    if (joint.has_motor() && u[motor_index_[j]] != 0.0 && !joint_ends_[j].at_node()) {
       joint.add_motor(kinematics(e, joint.body1()), kinematics(e, joint.body2()), u[motor_index_[j]],
                       rows_of(joint.body1()), rows_of(joint.body2()));
     }
+  }
+  for (int s : frame_springs_) {
+    const SpringDamper& spring = spring_dampers_[s];
+    const SpringDamperEvaluation& se = e.spring_dampers[s];
+    const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
+    for (int side = 0; side < 2; ++side) {
+      double* ri = rows_of(side == 0 ? spring.body1 : spring.body2);
+      if (ri) Segment6(ri).noalias() -= se.B[side].topRows<3>().transpose() * force;
+    }
+  }
+  if (!flexible_.empty()) add_flexible_residual(e, vdot, lambda, u, r);
+}
+
+void System::add_flexible_residual(const Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
+                                   VectorXd& r) const {
+  r.tail(modal_count_).setZero();
+  for (int f = 0; f < flexible_count(); ++f) {
+    const int i = flexible_bodies_[f], modal = modal_velocity(f);
+    flexible_[f].add_residual(e.bodies[i], e.flexible[f], vdot.data() + 6 * i, vdot.data() + modal, gravity_,
+                              r.data() + 6 * i, r.data() + modal);
   }
   for (std::size_t k = 0; k < pattern_.modal_incidences.size(); ++k) {
     const auto& [j, f, side] = pattern_.modal_incidences[k];
@@ -244,23 +286,16 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
   }
   for (const auto& [j, incidence] : node_joints_) {
     if (!joints_[j].has_motor() || u[motor_index_[j]] == 0.0) continue;
-    const Ends& ends = joint_ends_[j];
     Vector6d force[2] = {Vector6d::Zero(), Vector6d::Zero()};
-    joints_[j].add_motor(e.bodies[ends[0].frame], e.bodies[ends[1].frame], u[motor_index_[j]], force[0].data(),
+    joints_[j].add_motor(attachment(e, j, 0), attachment(e, j, 1), u[motor_index_[j]], force[0].data(),
                          force[1].data());
-    for (int side = 0; side < 2; ++side) add_end_force(e, ends[side], force[side], r);
+    for (int i = 0; i < 2; ++i) add_end_force(e, joint_ends_[j].side[i], force[i], r);
   }
-  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
-    const SpringDamper& spring = spring_dampers_[s];
+  for (int s : node_springs_) {
     const SpringDamperEvaluation& se = e.spring_dampers[s];
-    const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
-    for (int side = 0; side < 2; ++side) {
-      const End& end = spring_ends_[s][side];
-      if (end.node_frame > 0) {
-        add_end_force(e, end, -(se.B[side].topRows<3>().transpose() * force), r);
-      } else if (double* ri = rows_of(end.body)) {
-        Segment6(ri).noalias() -= se.B[side].topRows<3>().transpose() * force;
-      }
+    const Vector3d force = spring_dampers_[s].force(se) + u.segment<3>(actuator_index_[s]);
+    for (int i = 0; i < 2; ++i) {
+      add_end_force(e, spring_ends_[s].side[i], -(se.B[i].topRows<3>().transpose() * force), r);
     }
   }
 }
@@ -278,19 +313,23 @@ void System::add_end_force(const Evaluation& e, const End& end, const Vector6d& 
 void System::constraint_rates(Evaluation& e) const {
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const Ends& ends = joint_ends_[j];
-    joints_[j].rate(e.bodies[ends[0].frame], e.bodies[ends[1].frame], e.joints[j]);
+    joints_[j].rate(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.joints[j]);
   }
-  for (std::size_t k = 0; k < node_joints_.size(); ++k) {  // Z_N -> Z = Z_N J + B_N L
+  if (!node_joints_.empty()) evaluate_node_rates(e);
+}
+
+// Z = Z_N J + B_N L.
+void System::evaluate_node_rates(Evaluation& e) const {
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
     const auto& [j, incidence] = node_joints_[k];
-    for (int side = 0; side < 2; ++side) {
-      if (incidence[side] < 0) continue;
-      const NodeFrameEvaluation& node = e.node_frames[joint_ends_[j][side].node_frame];
+    for (int i = 0; i < 2; ++i) {
+      if (incidence[i] < 0) continue;
+      const NodeFrameEvaluation& node = e.node_frames[joint_ends_[j].side[i].node_frame];
       const Eigen::Index modes = node.J.cols() - 6;
-      const JointRows& B_N = e.node_gradients[k][side];
-      const JointRows Z_N = e.joints[j].Z[side];
-      JointRows& Z = e.joints[j].Z[side];
-      MatrixXd& modal_Z = e.modal_joints[incidence[side]].Z;
-      Z = Z_N.lazyProduct(node.J.leftCols<6>()) + B_N.lazyProduct(node.L.leftCols<6>());
+      const JointRows& B_N = e.node_gradients[k][i];
+      const JointRows Z_N = e.joints[j].Z[i];
+      MatrixXd& modal_Z = e.modal_joints[incidence[i]].Z;
+      e.joints[j].Z[i] = Z_N.lazyProduct(node.J.leftCols<6>()) + B_N.lazyProduct(node.L.leftCols<6>());
       modal_Z.noalias() = Z_N.lazyProduct(node.J.rightCols(modes));
       modal_Z.noalias() += B_N.lazyProduct(node.L.rightCols(modes));
     }
@@ -302,21 +341,32 @@ void System::linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e)
     e.C[p].setZero();
     e.K[p].setZero();
   }
-  for (std::size_t p = 0; p < e.modal_C.size(); ++p) {
-    e.modal_C[p].setZero();
-    e.modal_K[p].setZero();
-  }
   for (int i = 0; i < body_count(); ++i) {
     e.C[i].bottomRightCorner<3, 3>() = bodies_[i].gyroscopic_damping(e.bodies[i]);
   }
   for (const Load& load : loads_) {  // r has -R^T t: d/dphi = -hat(R^T t)
     e.K[load.body].bottomRightCorner<3, 3>() -= lie::hat(e.bodies[load.body].R_WB.transpose() * load.torque);
   }
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
+  for (int j : frame_joints_) {
     const Joint& joint = joints_[j];
-    if (at_node(joint_ends_[j])) continue;
-    joint.stiffness(kinematics(e, joint.body1()), kinematics(e, joint.body2()), lambda.data() + lambda_index_[j],
-                    joint.has_motor() ? u[motor_index_[j]] : 0.0, blocks(e.K, joint.body1(), joint.body2()));
+    joint.stiffness(attachment(e, j, 0), attachment(e, j, 1), lambda.data() + lambda_index_[j],
+                    joint.has_motor() ? u[motor_index_[j]] : 0.0, blocks(e.K, joint_ends_[j]));
+  }
+  for (int s : frame_springs_) {
+    const SpringDamper& spring = spring_dampers_[s];
+    const Ends& ends = spring_ends_[s];
+    SpringDamperEvaluation& se = e.spring_dampers[s];
+    const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
+    spring.linearize(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], force, se, blocks(e.K, ends),
+                     blocks(e.C, ends));
+  }
+  if (!flexible_.empty()) linearize_at_nodes(lambda, u, e);
+}
+
+void System::linearize_at_nodes(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const {
+  for (std::size_t p = 0; p < e.modal_C.size(); ++p) {
+    e.modal_C[p].setZero();
+    e.modal_K[p].setZero();
   }
   for (std::size_t k = 0; k < node_joints_.size(); ++k) {
     const int j = node_joints_[k].joint;
@@ -325,29 +375,22 @@ void System::linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e)
     const double motor = joint.has_motor() ? u[motor_index_[j]] : 0.0;
     NodeElement element;
     joint.stiffness(k1, k2, lambda.data() + lambda_index_[j], motor, all(element.K));
-    for (int side = 0; side < 2; ++side) {
-      element.force[side].noalias() =
-          e.node_gradients[k][side].transpose().lazyProduct(lambda.segment(lambda_index_[j], joint.equations()));
+    for (int i = 0; i < 2; ++i) {
+      element.force[i].noalias() =
+          e.node_gradients[k][i].transpose().lazyProduct(lambda.segment(lambda_index_[j], joint.equations()));
     }
-    if (joint.has_motor()) joint.add_motor(k1, k2, motor, element.force[0].data(), element.force[1].data());
+    joint.add_motor(k1, k2, motor, element.force[0].data(), element.force[1].data());
     add_element(joint_ends_[j], element, e);
   }
-  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
+  for (int s : node_springs_) {
     const SpringDamper& spring = spring_dampers_[s];
     const Ends& ends = spring_ends_[s];
-    const auto &k1 = e.bodies[ends[0].frame], &k2 = e.bodies[ends[1].frame];
     SpringDamperEvaluation& se = e.spring_dampers[s];
     const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
-    if (!at_node(ends)) {
-      spring.linearize(k1, k2, force, se, blocks(e.K, spring.body1, spring.body2),
-                       blocks(e.C, spring.body1, spring.body2));
-      continue;
-    }
     NodeElement element;
-    spring.linearize(k1, k2, force, se, all(element.K), all(element.C));
-    for (int side = 0; side < 2; ++side) {
-      element.force[side].noalias() = -(se.B[side].topRows<3>().transpose() * force);
-    }
+    spring.linearize(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], force, se, all(element.K),
+                     all(element.C));
+    for (int i = 0; i < 2; ++i) element.force[i].noalias() = -(se.B[i].topRows<3>().transpose() * force);
     add_element(ends, element, e);
   }
 }
@@ -372,10 +415,10 @@ void System::add_element(const Ends& ends, const NodeElement& element, Evaluatio
     return {pattern_.modal_node(f), 6, flexible_[f].modes()};
   };
   const auto add = [&](std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal, int i, int j) {
-    const NodeFrameEvaluation& node = e.node_frames[ends[i].node_frame];
-    for (int p = 0; p < (ends[i].node_frame > 0 ? 2 : 1); ++p) {
-      for (int r = 0; r < (ends[j].node_frame > 0 ? 2 : 1); ++r) {
-        const Part row = part(ends[i], p), column = part(ends[j], r);
+    const NodeFrameEvaluation& node = e.node_frames[ends.side[i].node_frame];
+    for (int p = 0; p < (ends.side[i].node_frame > 0 ? 2 : 1); ++p) {
+      for (int r = 0; r < (ends.side[j].node_frame > 0 ? 2 : 1); ++r) {
+        const Part row = part(ends.side[i], p), column = part(ends.side[j], r);
         const int index = pair_table_[row.node * nodes_ + column.node];
         if (index < 0) continue;  // a joint that does not couple its bodies
         double* block = std::max(row.node, column.node) < body_count() ? frames[index].data() : modal[index].data();
@@ -387,10 +430,10 @@ void System::add_element(const Ends& ends, const NodeElement& element, Evaluatio
     }
   };
   for (int i = 0; i < 2; ++i) {
-    if (ends[i].body == kGround) continue;
+    if (ends.side[i].body == kGround) continue;
     for (int j = 0; j < 2; ++j) {
-      if (ends[j].body == kGround) continue;
-      const NodeFrameEvaluation& node = e.node_frames[ends[j].node_frame];
+      if (ends.side[j].body == kGround) continue;
+      const NodeFrameEvaluation& node = e.node_frames[ends.side[j].node_frame];
       auto work = e.work.leftCols(node.J.cols());
       work.noalias() = element.C[i][j].lazyProduct(node.J);
       add(e.C, e.modal_C, i, j);
@@ -398,9 +441,9 @@ void System::add_element(const Ends& ends, const NodeElement& element, Evaluatio
       work.noalias() += element.C[i][j].lazyProduct(node.L);
       add(e.K, e.modal_K, i, j);
     }
-    if (ends[i].node_frame == 0) continue;
-    const auto& [body, f, node] = node_frames_[ends[i].node_frame];
-    add_node_stiffness(flexible_[f], node, e.node_frames[ends[i].node_frame], element.force[i],
+    if (ends.side[i].node_frame == 0) continue;
+    const auto& [body, f, node] = node_frames_[ends.side[i].node_frame];
+    add_node_stiffness(flexible_[f], node, e.node_frames[ends.side[i].node_frame], element.force[i],
                        flexible_blocks(e.K, e.modal_K, f));
   }
 }
@@ -454,20 +497,17 @@ Vector3d System::node_position(const Evaluation& e, int body, int node) const {
   return e.bodies[body].p_WB + e.bodies[body].R_WB * flexible_[f].position(node, e.flexible[f]);
 }
 
-int System::pair_index(int i, int j) const { return i == kGround || j == kGround ? -1 : pair_table_[i * nodes_ + j]; }
-
 FlexibleBody::Blocks System::flexible_blocks(std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal,
                                              int flexible) const {
   MatrixXd* first = &modal[3 * flexible];
   return {frames[flexible_bodies_[flexible]], first[0], first[1], first[2]};
 }
 
-PairBlocks System::blocks(std::vector<Matrix6d>& matrices, int body1, int body2) const {
-  const int body[2] = {body1, body2};
+PairBlocks System::blocks(std::vector<Matrix6d>& matrices, const Ends& ends) {
   PairBlocks result;
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) {
-      const int index = pair_index(body[i], body[j]);
+      const int index = ends.pair[i][j];
       result.block[i][j] = index < 0 ? nullptr : &matrices[index];
     }
   }

@@ -74,7 +74,7 @@ class System {
   // damping.
   void set_values(const MultibodyDef& definition);
 
-  int body_count() const { return static_cast<int>(bodies_.size()); }
+  int body_count() const { return body_count_; }
   int position_size() const { return kPositionsPerBody * body_count() + modal_count_; }
   int velocity_size() const { return kVelocitiesPerBody * body_count() + modal_count_; }
   int constraint_size() const { return constraint_size_; }
@@ -133,7 +133,7 @@ class System {
   }
   // The frame that a joint attaches to on side 0 or 1: a body, the ground or a node.
   const BodyKinematics& attachment(const Evaluation& e, int joint, int side) const {
-    return e.bodies[joint_ends_[joint][side].frame];
+    return e.bodies[joint_ends_[joint].side[side].frame];
   }
   // Force and torque on body 2 (the node, where it attaches to one), in W.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
@@ -146,7 +146,12 @@ class System {
   struct End {
     int body, frame, node_frame;
   };
-  using Ends = std::array<End, 2>;
+  // Both, and where the blocks of their frames are in C and K (-1: nowhere).
+  struct Ends {
+    End side[2];
+    int pair[2][2];
+    bool at_node() const { return side[0].node_frame > 0 || side[1].node_frame > 0; }
+  };
   struct NodeJoint {
     int joint;
     int modal_incidence[2];  // -1: that side is not at a node
@@ -157,15 +162,21 @@ class System {
     Matrix6d K[2][2] = {{Matrix6d::Zero(), Matrix6d::Zero()}, {Matrix6d::Zero(), Matrix6d::Zero()}};
     Matrix6d C[2][2] = {{Matrix6d::Zero(), Matrix6d::Zero()}, {Matrix6d::Zero(), Matrix6d::Zero()}};
   };
-  static bool at_node(const Ends& ends) { return ends[0].node_frame > 0 || ends[1].node_frame > 0; }
   End make_end(int body, int node);
-  void add_pair(int i, int j);
-  void couple(const Ends& ends);
+  Ends make_ends(const End& end1, const End& end2, bool coupled);
+  int add_pair(int i, int j);
+
+  // The parts of evaluate, residual, constraint_rates and linearize that flexible bodies and elements at nodes add.
+  void evaluate_flexible(const VectorXd& q, const VectorXd& v, Evaluation& e) const;
+  void evaluate_node_gradients(Evaluation& e) const;
+  void evaluate_node_rates(Evaluation& e) const;
+  void add_flexible_residual(const Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
+                             VectorXd& r) const;
+  void linearize_at_nodes(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
   void add_end_force(const Evaluation& e, const End& end, const Vector6d& f_N, VectorXd& r) const;
   void add_element(const Ends& ends, const NodeElement& element, Evaluation& e) const;
   FlexibleBody::Blocks flexible_blocks(std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal, int flexible) const;
-  PairBlocks blocks(std::vector<Matrix6d>& matrices, int body1, int body2) const;
-  int pair_index(int i, int j) const;
+  static PairBlocks blocks(std::vector<Matrix6d>& matrices, const Ends& ends);
 
   struct Load {
     int body;
@@ -179,8 +190,9 @@ class System {
   BlockPattern pattern_;
   // Nodes x nodes, bodies and modes: index into body_pairs or modal_pairs, -1 where there is no block.
   std::vector<int> pair_table_;
-  int nodes_ = 0;
+  int body_count_ = 0, nodes_ = 0;
   std::vector<Ends> joint_ends_, spring_ends_;
+  std::vector<int> frame_joints_, frame_springs_;  // those that do not attach to a node
   std::vector<int> lambda_index_, motor_index_, actuator_index_;
   int constraint_size_ = 0, input_size_ = 0;
 
@@ -190,6 +202,7 @@ class System {
   int modal_count_ = 0;
   std::vector<NodeFrame> node_frames_;  // the first one is none
   std::vector<NodeJoint> node_joints_;
+  std::vector<int> node_springs_;
 };
 
 }  // namespace sigmafmu

@@ -412,7 +412,7 @@ def make_tree(seed, kind=None, flexible=None):
 @pytest.mark.parametrize("kind", JOINT_TYPES, ids=lambda t: t.name)
 @property_test(25, seed=seeds)
 def test_derivatives_of_constraints_at_nodes(kind, seed):
-    """B = dΦ/d(motion), Φ' = B v, Z = dΦ'/d(motion), Φ'' = B v' + Z v, away from the assembled configuration as well."""
+    """B = dΦ/d(motion), Φ' = B v, Z = dΦ'/d(motion), Φ'' = B v' + Z v, assembled or not."""
     rng, tree = make_tree(seed, kind)
     system = tree.system()
     size = system.velocity_size
@@ -577,6 +577,52 @@ def test_projections(seed):
     assert np.abs(work).max(initial=0.0) <= 1000 * 1e-8  # of second order in the displacement
 
 
+@property_test(25, seed=seeds)
+def test_jerk_is_the_rate_of_the_accelerations(seed):
+    _, tree, system, v, inputs = moving(seed)
+    vdot, _ = system.accelerations(tree.q, v, inputs)
+
+    def accelerations(t):
+        return system.accelerations(system.compose(tree.q, t * v + 0.5 * t * t * vdot), v + t * vdot, inputs)[0]
+
+    expected = derivative(accelerations, 2e-4)
+    assert_close(system.jerk(tree.q, v, inputs), expected, 1e-6, np.abs(vdot).max())
+
+
+@property_test(25, seed=seeds)
+def test_initial_values_are_assembled(seed):
+    """A start near the constraints is moved onto them; one on them is kept, modal coordinates and rates included."""
+    rng, tree, system, v, _ = moving(seed)
+    definition = tree.definition
+
+    def start_at(q, v):
+        for i in range(3):
+            body = definition.body(i)
+            body.initial_position, body.initial_quaternion = q[7 * i : 7 * i + 3], q[7 * i + 3 : 7 * i + 7]
+            body.initial_velocity, body.initial_angular_velocity = v[6 * i : 6 * i + 3], v[6 * i + 3 : 6 * i + 6]
+            if i in tree.clouds:
+                body.modal.initial_coordinates = tree.zeta(system, q, i)
+                first = 18 + system.modal_index(i)
+                body.modal.initial_rates = v[first : first + system.modes(i)]
+        return _core.assemble(definition)
+
+    q, u = start_at(tree.q, v)
+    assert_close(q, tree.q, 1e-13)
+    assert_close(u, v, 1e-12)
+    size = system.velocity_size
+    q, u = start_at(system.compose(tree.q, 0.02 * rng.uniform(-1, 1, size)), v)
+    phi, rate, _, _ = system.constraints(q, u)
+    assert np.abs(phi).max() <= 1e-12 * (1 + np.abs(q).max())
+    assert_close(rate, np.zeros_like(rate), 100 * EPS)
+
+
+def test_initial_modal_values_are_zero_unless_given():
+    definition, _ = flexible_pendulum()
+    q, v = _core.assemble(definition)
+    np.testing.assert_array_equal(q, [0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(v, [0, 0, 0, 2, -3, 6, 0, 0, 0, 0])
+
+
 def test_layout_of_positions_and_velocities():
     _, tree = make_tree(1, flexible={0, 2})
     system = tree.system()
@@ -611,7 +657,7 @@ def quaternion_rate(quaternion, w):
 
 
 def test_pendulum_against_sums_over_the_nodes():
-    """Its accelerations integrated by SciPy keep the energy, and end where the nodes' equations for (w, ζ) alone end."""
+    """Its accelerations, integrated by SciPy, keep the energy and end where the nodes' equations for (w, ζ) end."""
     definition, cloud = flexible_pendulum()
     system = _core.System(definition)
     gravity = definition.gravity

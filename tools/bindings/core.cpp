@@ -148,6 +148,14 @@ struct PySystem {
     if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
     return nb::make_tuple(vdot, lambda);
   }
+  VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
+    const VectorXd vdot = nb::cast<VectorXd>(accelerations(q, v, u)[0]);
+    InputSignal input(system.input_size());
+    input.derivative[0] = u;
+    VectorXd vddot(system.velocity_size());
+    if (!solver.jerk(q, v, vdot, input, 0.0, vddot)) throw std::runtime_error("dependent constraints");
+    return vddot;
+  }
   double energy(const VectorXd& q, const VectorXd& v) {
     check(q, v);
     system.evaluate(q, v, e);
@@ -453,6 +461,16 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stop_time", &Mechanism::stop_time)
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("axes_with_z", &axes_with_z, "z"_a);
+  m.def(
+      "assemble",
+      [](const MultibodyDef& d) {
+        const System system((validate(d), d));
+        ConsistentSolver solver(system);
+        VectorXd q(system.position_size()), v(system.velocity_size());
+        assemble(d, system, solver, q, v);
+        return nb::make_tuple(q, v);
+      },
+      "multibody"_a, "(q, v) of the initial values, moved onto the constraints.");
   m.def("mechanisms", [] {
     std::vector<std::string> names;
     for (const Mechanism& mechanism : mechanisms()) names.push_back(mechanism.name);
@@ -522,6 +540,7 @@ NB_MODULE(_core, m) {
           "modes", [](const PySystem& s, int body) { return s.system.modes(body); }, "body"_a)
       .def("node_position", &PySystem::node_position, "q"_a, "body"_a, "node"_a, "In W.")
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
+      .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a)
       .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
