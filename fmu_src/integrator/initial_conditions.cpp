@@ -24,7 +24,7 @@ ConsistentSolver::ConsistentSolver(const System& system)
 
 bool ConsistentSolver::factorize() {
   lu_.clear(factorization_);
-  const int bodies = system_.body_count();
+  const BlockPattern& pattern = system_.pattern();
   for (const auto& [i, j] : system_.pattern().body_pairs) {
     auto M = lu_.block(factorization_, i, j);
     M.setZero();
@@ -32,10 +32,28 @@ bool ConsistentSolver::factorize() {
     M.diagonal().head<3>().setConstant(system_.body(i).mass);
     M.bottomRightCorner<3, 3>() = system_.body(i).J;
   }
-  for (const auto& [joint, body, side] : system_.pattern().incidences) {
+  for (int f = 0; f < system_.flexible_count(); ++f) {
+    const int i = system_.flexible_body(f);
+    lu_.block(factorization_, i, i) += evaluation_.flexible[f].M;
+  }
+  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
+    const auto [i, j] = pattern.modal_pairs[p];
+    if (p < evaluation_.modal_M.size()) {
+      lu_.block(factorization_, i, j) = evaluation_.modal_M[p];
+    } else {
+      lu_.block(factorization_, i, j).setZero();
+    }
+  }
+  for (const auto& [joint, body, side] : pattern.incidences) {
     const JointRows& B = evaluation_.joints[joint].B[side];
-    lu_.block(factorization_, bodies + joint, body) = B;
-    lu_.block(factorization_, body, bodies + joint) = B.transpose();
+    lu_.block(factorization_, pattern.joint_node(joint), body) = B;
+    lu_.block(factorization_, body, pattern.joint_node(joint)) = B.transpose();
+  }
+  for (std::size_t k = 0; k < pattern.modal_incidences.size(); ++k) {
+    const auto& [joint, flexible, side] = pattern.modal_incidences[k];
+    const MatrixXd& B = evaluation_.modal_joints[k].B;
+    lu_.block(factorization_, pattern.joint_node(joint), pattern.modal_node(flexible)) = B;
+    lu_.block(factorization_, pattern.modal_node(flexible), pattern.joint_node(joint)) = B.transpose();
   }
   return lu_.factorize(factorization_);
 }
@@ -55,6 +73,12 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
     multipliers().segment(system_.lambda_index(joint), Z.rows()).noalias() -=
         Z.lazyProduct(v.segment<kVelocitiesPerBody>(kVelocitiesPerBody * body));
   }
+  for (std::size_t k = 0; k < system_.pattern().modal_incidences.size(); ++k) {
+    const auto& [joint, flexible, side] = system_.pattern().modal_incidences[k];
+    const MatrixXd& Z = evaluation_.modal_joints[k].Z;
+    multipliers().segment(system_.lambda_index(joint), Z.rows()).noalias() -=
+        Z.lazyProduct(v.segment(system_.modal_velocity(flexible), Z.cols()));
+  }
   solve();
   vdot = motion();
   lambda = multipliers();
@@ -68,11 +92,14 @@ void ConsistentSolver::displace(const VectorXd& q, const VectorXd& v, const Vect
     const lie::Vector6d theta = s * v.segment<6>(6 * i) + (0.5 * s * s) * vdot.segment<6>(6 * i);
     q_s.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), theta);
   }
+  const int f = system_.modal_count();
+  q_s.tail(f) = q.tail(f) + s * v.tail(f) + (0.5 * s * s) * vdot.tail(f);
 }
 
 double ConsistentSolver::difference_time(const VectorXd& v) const {
   double w = 1.0;  // [rad/s]
   for (int i = 0; i < system_.body_count(); ++i) w = std::max(w, v.segment<3>(6 * i + 3).norm());
+  for (int f = 0; f < system_.flexible_count(); ++f) w = std::max(w, system_.flexible(f).highest_frequency());
   return 1e-4 / w;
 }
 
@@ -123,6 +150,7 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
     for (int i = 0; i < system_.body_count(); ++i) {
       q.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), motion().segment<6>(6 * i));
     }
+    q.tail(system_.modal_count()) += motion().tail(system_.modal_count());
     result.possible = true;
   }
 }
@@ -150,6 +178,13 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
     q.segment<4>(7 * i + 3) = body.initial_quaternion.normalized();
     v.segment<3>(6 * i) = body.initial_velocity;
     v.segment<3>(6 * i + 3) = body.initial_angular_velocity;
+    if (!body.modal) continue;
+    const int f = system.flexible_index(i), modes = system.modes(i);
+    auto zeta = q.segment(system.modal_position(f), modes), zetadot = v.segment(system.modal_velocity(f), modes);
+    zeta.setZero();
+    zetadot.setZero();
+    if (body.modal->initial_coordinates.size() > 0) zeta = body.modal->initial_coordinates;
+    if (body.modal->initial_rates.size() > 0) zetadot = body.modal->initial_rates;
   }
   const auto result = solver.project_positions(q);
   if (!result.possible) {
@@ -161,8 +196,8 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   }
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
-    const auto& k1 = system.kinematics(solver.evaluation(), joint.body1());
-    const auto& k2 = system.kinematics(solver.evaluation(), joint.body2());
+    const auto& k1 = system.attachment(solver.evaluation(), j, 0);
+    const auto& k2 = system.attachment(solver.evaluation(), j, 1);
     if (joint.axes_agree(k1, k2)) continue;
     throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
                              definition.joints[j].name +

@@ -3,15 +3,19 @@
 namespace sigmafmu {
 
 BlockLU make_kkt_solver(const BlockPattern& pattern, int sets) {
-  const int bodies = static_cast<int>(pattern.body_sizes.size());
   std::vector<int> sizes = pattern.body_sizes;
+  sizes.insert(sizes.end(), pattern.modal_sizes.begin(), pattern.modal_sizes.end());
   std::vector<int> stage(sizes.size(), 0);
   for (int m : pattern.joint_sizes) {
     sizes.push_back(sets * m);
     stage.push_back(1);
   }
   auto edges = pattern.body_pairs;
-  for (const auto& i : pattern.incidences) edges.emplace_back(bodies + i.joint, i.body);
+  edges.insert(edges.end(), pattern.modal_pairs.begin(), pattern.modal_pairs.end());
+  for (const auto& i : pattern.incidences) edges.emplace_back(pattern.joint_node(i.joint), i.body);
+  for (const auto& i : pattern.modal_incidences) {
+    edges.emplace_back(pattern.joint_node(i.joint), pattern.modal_node(i.body));
+  }
   return BlockLU(sizes, edges, stage);
 }
 

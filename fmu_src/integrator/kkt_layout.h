@@ -1,4 +1,6 @@
-// Nodes of a KKT matrix for the block solver: bodies first, then joints with `sets` unknowns per equation.
+// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible
+// bodies, then joints with `sets` unknowns per
+// equation.
 #pragma once
 
 #include "integrator/block_lu.h"
@@ -6,7 +8,7 @@
 
 namespace sigmafmu {
 
-// sets = 1: (motion, lambda); sets = 2: (motion, lambda and mu). Bodies are eliminated before joints.
+// sets = 1: (motion, lambda); sets = 2: (motion, lambda and mu). Bodies and modes are eliminated before joints.
 BlockLU make_kkt_solver(const BlockPattern& pattern, int sets);
 
 }  // namespace sigmafmu

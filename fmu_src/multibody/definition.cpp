@@ -4,7 +4,9 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
+#include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
 
 namespace sigmafmu {
@@ -28,7 +30,7 @@ bool is_rotation(const Matrix3d& R) {
   return (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && R.determinant() > 0;
 }
 
-void validate_body(const RigidBodyDef& b) {
+void validate_rigid(const RigidBodyDef& b) {
   if (!(b.mass > 0) || !std::isfinite(b.mass)) {
     fail(b.name, ".mass is ", b.mass, " kg; it must be positive and finite.");
   }
@@ -46,6 +48,116 @@ void validate_body(const RigidBodyDef& b) {
   if (principal[2] > (principal[0] + principal[1]) * (1 + 1e-9)) {
     fail(b.name, ".inertia has the principal moments ", moments(),
          "; none may exceed the sum of the other two (triangle inequality).");
+  }
+}
+
+void require_size(const std::string& name, const MatrixXd& A, Eigen::Index rows, Eigen::Index columns,
+                  const char* reason) {
+  if (A.rows() != rows || A.cols() != columns) {
+    fail(name, " is ", A.rows(), " x ", A.cols(), "; it must be ", rows, " x ", columns, " (", reason, ").");
+  }
+}
+
+void require_finite_entries(const std::string& name, const MatrixXd& A) {
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+      if (!std::isfinite(A(i, j))) fail(name, "[", i + 1, ", ", j + 1, "] is ", A(i, j), "; it must be finite.");
+    }
+  }
+}
+
+// Smallest eigenvalue; data may carry their own rounding.
+constexpr double kDataRounding = 1e-9;
+
+void require_semidefinite(const std::string& name, const MatrixXd& A) {
+  if (A.size() == 0) return;
+  const double largest = A.cwiseAbs().maxCoeff();
+  Eigen::Index i, j;
+  const double skew = (A - A.transpose()).cwiseAbs().maxCoeff(&i, &j);
+  if (skew > kDataRounding * largest) {
+    fail(name, " has ", A(i, j), " at [", i + 1, ", ", j + 1, "] and ", A(j, i), " at [", j + 1, ", ", i + 1,
+         "]; it must be symmetric.");
+  }
+  const double lowest = Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  if (lowest < -kDataRounding * largest) {
+    fail(name, " has the eigenvalue ", lowest, "; it must be positive semidefinite.");
+  }
+}
+
+// Smallest eigenvalue of a mass matrix whose coordinates are scaled so that each of them alone has mass 1.
+double scaled_definiteness(const MatrixXd& M) {
+  const VectorXd diagonal = M.diagonal();
+  if (!(diagonal.minCoeff() > 0)) return 0.0;
+  const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = scale.asDiagonal() * M * scale.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+void validate_modal(const std::string& body, const ModalDef& m) {
+  const std::string name = body + ".modal";
+  const int n = m.node_count(), f = m.mode_count();
+  if (n == 0) fail(name, ".nodes has no rows; there must be at least one node.");
+  require_size(name + ".nodes", m.nodes, n, 3, "one row per node");
+  require_size(name + ".shapes", m.shapes, 3 * n, f, "three rows per node, one column per mode");
+  if (m.rotations.size() > 0) {
+    require_size(name + ".rotations", m.rotations, 3 * n, f, "three rows per node, one column per mode");
+  }
+  require_size(name + ".stiffness", m.stiffness, f, f, "modes by modes");
+  if (m.damping.size() > 0) require_size(name + ".damping", m.damping, f, f, "modes by modes");
+  for (const auto& [values, what] :
+       {std::pair{&m.initial_coordinates, ".initialCoordinates"}, std::pair{&m.initial_rates, ".initialRates"}}) {
+    if (values->size() > 0) require_size(name + what, *values, f, 1, "one per mode");
+    require_finite_entries(name + what, *values);
+  }
+  require_finite_entries(name + ".nodes", m.nodes);
+  require_finite_entries(name + ".shapes", m.shapes);
+  require_finite_entries(name + ".rotations", m.rotations);
+  require_finite_entries(name + ".stiffness", m.stiffness);
+  require_finite_entries(name + ".damping", m.damping);
+  require_finite_entries(name + ".masses", m.masses);
+  require_finite_entries(name + ".massMatrix", m.mass_matrix);
+
+  if (m.masses.size() > 0 && m.mass_matrix.size() > 0) {
+    fail(name, " has masses and a massMatrix; it must have one of them.");
+  }
+  if (m.mass_matrix.size() > 0) {
+    require_size(name + ".massMatrix", m.mass_matrix, n, n, "nodes by nodes");
+    require_semidefinite(name + ".massMatrix", m.mass_matrix);
+  } else {
+    require_size(name + ".masses", m.masses, n, 1, "one per node");
+    for (int i = 0; i < n; ++i) {
+      if (m.masses[i] < 0) fail(name, ".masses[", i + 1, "] is ", m.masses[i], " kg; it must not be negative.");
+    }
+  }
+  require_semidefinite(name + ".stiffness", m.stiffness);
+  require_semidefinite(name + ".damping", m.damping);
+  for (const auto& [value, what, unit] : {std::tuple{m.mass_damping, ".massDamping", " 1/s"},
+                                          std::tuple{m.stiffness_damping, ".stiffnessDamping", " s"}}) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      fail(name, what, " is ", value, unit, "; it must be finite and not negative.");
+    }
+  }
+
+  const MatrixXd M = FlexibleBody(m).undeformed_mass_matrix();
+  constexpr double kIndependent = 1e-12;
+  if (!(M(0, 0) > 0)) fail(name, " has the mass ", M(0, 0), " kg; it must be positive.");
+  if (!(scaled_definiteness(M.topLeftCorner(6, 6)) > kIndependent)) {
+    fail(name, " has all its mass on one line; the nodes must have moments of inertia about every axis.");
+  }
+  if (f == 0) return;
+  if (!(scaled_definiteness(M.bottomRightCorner(f, f)) > kIndependent)) {
+    fail(name, ".shapes gives a singular modal mass matrix; the modes must be independent and move mass.");
+  }
+  if (!(scaled_definiteness(M) > kIndependent)) {
+    fail(name, ".shapes contains a rigid motion; the modes must be independent of the motions of the floating frame.");
+  }
+}
+
+void validate_body(const RigidBodyDef& b) {
+  if (b.modal) {
+    validate_modal(b.name, *b.modal);
+  } else {
+    validate_rigid(b);
   }
   if (!(b.initial_quaternion.norm() > 1e-6) || !b.initial_quaternion.allFinite()) {
     fail(b.name, ".initialQuaternion has the length ", b.initial_quaternion.norm(),
@@ -67,6 +179,11 @@ Matrix3d axes_with_z(const Vector3d& z) {
   axes.col(1) = e3.cross(axes.col(0));
   axes.col(2) = e3;
   return axes;
+}
+
+double mass(const RigidBodyDef& body) {
+  if (!body.modal) return body.mass;
+  return body.modal->mass_matrix.size() > 0 ? body.modal->mass_matrix.sum() : body.modal->masses.sum();
 }
 
 int MultibodyDef::add(RigidBodyDef body) {
@@ -97,10 +214,24 @@ void validate(const MultibodyDef& d) {
     }
     if (body1 == body2) fail(name, " connects body ", body1, " with itself; it must connect two bodies.");
   };
+  const auto check_node = [&](const std::string& name, int body, int node) {
+    if (node == kFloatingFrame) return;
+    if (body == kGround || !d.bodies[body].modal) {
+      const std::string where = body == kGround ? "the ground" : d.bodies[body].name;
+      fail(name, " attaches to node ", node, " of ", where, ", which is not flexible; allowed is -1 (no node).");
+    }
+    const int nodes = d.bodies[body].modal->node_count();
+    if (node < 0 || node >= nodes) {
+      fail(name, " attaches to node ", node, " of ", d.bodies[body].name, "; allowed are -1 (floating frame) to ",
+           nodes - 1, ".");
+    }
+  };
   require_finite("gravity", d.gravity, "m/s2");
   for (const RigidBodyDef& b : d.bodies) validate_body(b);
   for (const JointDef& j : d.joints) {
     check_pair(j.name, j.body1, j.body2);
+    check_node(j.name, j.body1, j.frame1.node);
+    check_node(j.name, j.body2, j.frame2.node);
     if (!is_rotation(j.frame1.axes) || !is_rotation(j.frame2.axes)) {
       fail(j.name, " has frame axes that are not orthonormal and right-handed.");
     }
@@ -109,6 +240,8 @@ void validate(const MultibodyDef& d) {
   }
   for (const SpringDamperDef& s : d.spring_dampers) {
     check_pair(s.name, s.body1, s.body2);
+    check_node(s.name, s.body1, s.node1);
+    check_node(s.name, s.body2, s.node2);
     require_finite(s.name + ".point1", s.point1, "m");
     require_finite(s.name + ".point2", s.point2, "m");
     require_finite(s.name + ".stiffness", s.stiffness, "N/m");

@@ -1,22 +1,47 @@
 // The plain description of a multibody system: what a mechanism file fills in and what parameters change.
 //
-// SI units. W is the inertial frame. A body's frame B sits in its centre of mass; points and axes of a body are given
-// in B. The ground is body kGround, its frame is W.
+// SI units. W is the inertial frame. A rigid body's frame B sits in its centre of mass, a flexible body's anywhere;
+// points and axes of a body are given in B. The ground is body kGround, its frame is W.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace sigmafmu {
 
 using Eigen::Matrix3d;
+using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
+using Eigen::VectorXd;
 
 inline constexpr int kGround = -1;
+inline constexpr int kFloatingFrame = -1;
 
+// What makes a body flexible: n nodes and f modes, so that node i is at X_i + Phi_i zeta in B. Everything follows from
+// the nodes, the mass and the inertia of the body as well; its floating frame B need not be in the centre of mass.
+struct ModalDef {
+  MatrixXd nodes;           // X [m], n x 3
+  VectorXd masses;          // of the nodes, n [kg]; or
+  MatrixXd mass_matrix;     // symmetric, n x n [kg], the same in all directions: T = 1/2 sum_ij M_ij r_i' . r_j'
+  MatrixXd shapes;          // Phi, 3n x f: row 3i + c is component c of node i
+  MatrixXd rotations;       // Psi [rad], 3n x f: turns of the nodes for the joints there; empty: the nodes do not turn
+  MatrixXd stiffness;       // f x f, symmetric, positive semidefinite: V = 1/2 zeta^T K zeta
+  MatrixXd damping;         // f x f, the same; empty: none
+  double mass_damping = 0;  // Rayleigh: mass_damping M_ff [1/s] and
+  double stiffness_damping = 0;  // stiffness_damping K [s] are added to the damping
+  VectorXd initial_coordinates;  // zeta; empty: zero
+  VectorXd initial_rates;        // zeta'; empty: zero
+
+  int node_count() const { return static_cast<int>(nodes.rows()); }
+  int mode_count() const { return static_cast<int>(shapes.cols()); }
+};
+
+// A rigid body or, with `modal`, a flexible one: its mass and inertia are then those of the nodes, and the initial
+// values are those of its floating frame.
 struct RigidBodyDef {
   std::string name;
   std::string description;
@@ -27,12 +52,18 @@ struct RigidBodyDef {
   Vector4d initial_quaternion = Vector4d(1, 0, 0, 0);    // quat_WB (w, x, y, z), any length > 0
   Vector3d initial_velocity = Vector3d::Zero();          // v_WB in W [m/s]
   Vector3d initial_angular_velocity = Vector3d::Zero();  // w_WB_B in B [rad/s]
+  std::optional<ModalDef> modal = std::nullopt;
 };
 
-// A right-handed frame fixed in a body: origin [m] and axes (columns x, y, z) in body coordinates.
+// The mass [kg] that a body has.
+double mass(const RigidBodyDef& body);
+
+// A right-handed frame fixed in a body: origin [m] and axes (columns x, y, z) in body coordinates. In a node of a
+// flexible body it moves and turns with the node: origin and axes are then seen from the undeformed node, in B.
 struct Frame {
   Vector3d origin = Vector3d::Zero();
   Matrix3d axes = Matrix3d::Identity();
+  int node = kFloatingFrame;
 };
 
 // Axes whose z is the given direction (need not be unit); equal directions give equal axes.
@@ -56,7 +87,7 @@ struct JointDef {
 };
 
 // Between point1 of body1 and point2 of body2: force on body2 f = -K (p2 - p1) - D (v2 - v1) + f_actuator, with
-// diagonal K [N/m], D [N s/m] and all vectors in W.
+// diagonal K [N/m], D [N s/m] and all vectors in W. The points may belong to nodes, as in Frame.
 struct SpringDamperDef {
   std::string name;
   int body1 = kGround;
@@ -65,6 +96,8 @@ struct SpringDamperDef {
   Vector3d point2 = Vector3d::Zero();
   Vector3d stiffness = Vector3d::Zero();
   Vector3d damping = Vector3d::Zero();
+  int node1 = kFloatingFrame;
+  int node2 = kFloatingFrame;
 };
 
 // A constant force [N] at B's origin and a constant torque [N m] on a body, both in W.
@@ -92,7 +125,8 @@ struct MultibodyDef {
 
 // Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: mass and
 // inertia that no rigid body can have, a zero quaternion, negative stiffness, numbers that are not finite, unknown
-// bodies, axes that are no rotation.
+// bodies, axes that are no rotation; modal data of wrong sizes, not symmetric, not positive semidefinite, unknown
+// nodes.
 void validate(const MultibodyDef& definition);
 
 }  // namespace sigmafmu

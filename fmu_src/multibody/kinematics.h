@@ -10,7 +10,8 @@ using Eigen::Vector3d;
 using lie::Vector6d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Velocities v = (v_WB, w_WB_B) of a rigid body; a flexible body will have more.
+// Positions (p_WB, quat_WB) and velocities v = (v_WB, w_WB_B) of a body's frame; modal ones of flexible bodies are
+// apart.
 inline constexpr int kPositionsPerBody = 7;
 inline constexpr int kVelocitiesPerBody = 6;
 

@@ -7,51 +7,130 @@ namespace {
 
 using Segment6 = Eigen::Map<Vector6d>;
 
+PairBlocks all(Matrix6d (&m)[2][2]) { return {{{&m[0][0], &m[0][1]}, {&m[1][0], &m[1][1]}}}; }
+
 }  // namespace
 
 System::System(const MultibodyDef& d) {
-  const int n = static_cast<int>(d.bodies.size());
+  const int n = body_count_ = static_cast<int>(d.bodies.size());
   pattern_.body_sizes.assign(n, kVelocitiesPerBody);
-  pair_table_.assign(n * n, -1);
-  auto add_pair = [&](int i, int j) {
-    int& index = pair_table_[i * n + j];
-    if (index >= 0) return;
-    index = static_cast<int>(pattern_.body_pairs.size());
-    pattern_.body_pairs.emplace_back(i, j);
-  };
-  for (int i = 0; i < n; ++i) add_pair(i, i);
-  auto couple = [&](int i, int j) {
-    if (i == kGround || j == kGround || i == j) return;
-    add_pair(i, j);
-    add_pair(j, i);
-  };
-
-  input_size_ = 6 * n;
-  for (const JointDef& definition : d.joints) {
-    const Joint joint(definition);
-    const int j = static_cast<int>(joints_.size());
-    pattern_.joint_sizes.push_back(joint.equations());
-    if (joint.body1() != kGround) pattern_.incidences.push_back({j, joint.body1(), 0});
-    if (joint.body2() != kGround) pattern_.incidences.push_back({j, joint.body2(), 1});
-    if (joint.couples_rotations()) couple(joint.body1(), joint.body2());
-    lambda_index_.push_back(constraint_size_);
-    constraint_size_ += joint.equations();
-    motor_index_.push_back(joint.has_motor() ? input_size_++ : -1);
-    joints_.push_back(joint);
-  }
-  for (const SpringDamperDef& s : d.spring_dampers) {
-    spring_dampers_.push_back({s.body1, s.body2, {s.point1, s.point2}, s.stiffness, s.damping});
-    couple(s.body1, s.body2);
-    actuator_index_.push_back(input_size_);
-    input_size_ += 3;
+  for (int i = 0; i < n; ++i) {
+    flexible_index_.push_back(d.bodies[i].modal ? flexible_count() : -1);
+    if (!d.bodies[i].modal) continue;
+    flexible_.emplace_back(*d.bodies[i].modal);
+    flexible_bodies_.push_back(i);
+    modal_index_.push_back(modal_count_);
+    modal_count_ += flexible_.back().modes();
+    pattern_.modal_sizes.push_back(flexible_.back().modes());
   }
   bodies_.resize(n);
   loads_.resize(d.loads.size());
+  nodes_ = n + flexible_count();
+  pair_table_.assign(nodes_ * nodes_, -1);
+  for (int i = 0; i < n; ++i) add_pair(i, i);
+  for (int f = 0; f < flexible_count(); ++f) {
+    const int frame = flexible_bodies_[f], modes = pattern_.modal_node(f);
+    add_pair(frame, modes);
+    add_pair(modes, frame);
+    add_pair(modes, modes);
+  }
+
+  input_size_ = 6 * n;
+  node_frames_.push_back({kGround, -1, -1});
+  for (const JointDef& definition : d.joints) {
+    const Joint joint(definition);
+    const int j = static_cast<int>(joints_.size());
+    const Ends ends = make_ends(make_end(joint.body1(), definition.frame1.node),
+                                make_end(joint.body2(), definition.frame2.node), joint.couples_rotations());
+    pattern_.joint_sizes.push_back(joint.equations());
+    NodeJoint node_joint{j, {-1, -1}};
+    for (int i = 0; i < 2; ++i) {
+      const End& end = ends.side[i];
+      if (end.body == kGround) continue;
+      pattern_.incidences.push_back({j, end.body, i});
+      if (end.node_frame == 0) continue;
+      node_joint.modal_incidence[i] = static_cast<int>(pattern_.modal_incidences.size());
+      pattern_.modal_incidences.push_back({j, flexible_index_[end.body], i});
+    }
+    if (ends.at_node()) {
+      node_joints_.push_back(node_joint);
+    } else {
+      frame_joints_.push_back(j);
+    }
+    lambda_index_.push_back(constraint_size_);
+    constraint_size_ += joint.equations();
+    motor_index_.push_back(joint.has_motor() ? input_size_++ : -1);
+    joint_ends_.push_back(ends);
+    joints_.push_back(joint);
+  }
+  for (const SpringDamperDef& definition : d.spring_dampers) {
+    const int s = static_cast<int>(spring_dampers_.size());
+    spring_dampers_.push_back({definition.body1,
+                               definition.body2,
+                               {definition.point1, definition.point2},
+                               definition.stiffness,
+                               definition.damping});
+    spring_ends_.push_back(
+        make_ends(make_end(definition.body1, definition.node1), make_end(definition.body2, definition.node2), true));
+    (spring_ends_.back().at_node() ? node_springs_ : frame_springs_).push_back(s);
+    actuator_index_.push_back(input_size_);
+    input_size_ += 3;
+  }
   set_values(d);
 }
 
+System::End System::make_end(int body, int node) {
+  if (body == kGround) return {body, body_count(), 0};
+  if (node == kFloatingFrame) return {body, body, 0};
+  std::size_t k = 1;
+  while (k < node_frames_.size() && !(node_frames_[k].body == body && node_frames_[k].node == node)) ++k;
+  if (k == node_frames_.size()) node_frames_.push_back({body, flexible_index_[body], node});
+  return {body, body_count() + static_cast<int>(k), static_cast<int>(k)};
+}
+
+// Adds the blocks that couple two bodies: their frames and, at nodes, their modes.
+System::Ends System::make_ends(const End& end1, const End& end2, bool coupled) {
+  Ends ends{{end1, end2}, {{-1, -1}, {-1, -1}}};
+  for (int i = 0; i < 2; ++i) {
+    if (ends.side[i].body != kGround) ends.pair[i][i] = ends.side[i].body;
+  }
+  if (!coupled || end1.body == kGround || end2.body == kGround) return ends;
+  ends.pair[0][1] = add_pair(end1.body, end2.body);
+  ends.pair[1][0] = add_pair(end2.body, end1.body);
+  std::vector<int> nodes[2];
+  for (int i = 0; i < 2; ++i) {
+    nodes[i].push_back(ends.side[i].body);
+    if (ends.side[i].node_frame > 0) nodes[i].push_back(pattern_.modal_node(flexible_index_[ends.side[i].body]));
+  }
+  for (int i : nodes[0]) {
+    for (int j : nodes[1]) {
+      add_pair(i, j);
+      add_pair(j, i);
+    }
+  }
+  return ends;
+}
+
+int System::add_pair(int i, int j) {
+  int& index = pair_table_[i * nodes_ + j];
+  if (index < 0) {
+    auto& pairs = std::max(i, j) < body_count() ? pattern_.body_pairs : pattern_.modal_pairs;
+    index = static_cast<int>(pairs.size());
+    pairs.emplace_back(i, j);
+  }
+  return index;
+}
+
 void System::set_values(const MultibodyDef& d) {
-  for (int i = 0; i < body_count(); ++i) bodies_[i] = {d.bodies[i].mass, inertia_matrix(d.bodies[i])};
+  for (int i = 0; i < body_count(); ++i) {
+    const RigidBodyDef& body = d.bodies[i];
+    if (body.modal) {
+      bodies_[i] = {0.0, Matrix3d::Zero()};
+      flexible_[flexible_index_[i]].set_values(*body.modal);
+    } else {
+      bodies_[i] = {body.mass, inertia_matrix(body)};
+    }
+  }
   for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
     spring_dampers_[s].stiffness = d.spring_dampers[s].stiffness;
     spring_dampers_[s].damping = d.spring_dampers[s].damping;
@@ -64,11 +143,36 @@ void System::set_values(const MultibodyDef& d) {
 
 Evaluation System::make_evaluation() const {
   Evaluation e;
-  e.bodies.resize(body_count() + 1);
+  e.bodies.resize(body_count() + node_frames_.size());
   for (const Joint& joint : joints_) e.joints.push_back(joint.make_evaluation());
   e.spring_dampers.resize(spring_dampers_.size());
   e.C.resize(pattern_.body_pairs.size());
   e.K.resize(pattern_.body_pairs.size());
+
+  auto modes_of = [&](int node) { return node < body_count() ? 6 : pattern_.modal_sizes[node - body_count()]; };
+  for (const FlexibleBody& body : flexible_) e.flexible.push_back(body.make_evaluation());
+  for (auto [i, j] : pattern_.modal_pairs) {
+    e.modal_C.push_back(MatrixXd::Zero(modes_of(i), modes_of(j)));
+    e.modal_K.push_back(e.modal_C.back());
+  }
+  e.modal_M.assign(e.modal_C.begin(), e.modal_C.begin() + 3 * flexible_count());
+  for (int f = 0; f < flexible_count(); ++f) e.modal_M[3 * f + 2] = flexible_[f].modal_mass();
+  for (const auto& [joint, flexible, side] : pattern_.modal_incidences) {
+    const MatrixXd rows = MatrixXd::Zero(joints_[joint].equations(), pattern_.modal_sizes[flexible]);
+    e.modal_joints.push_back({rows, rows});
+  }
+  e.node_frames.push_back(make_node_frame_evaluation(0));
+  int most_modes = 0;
+  for (std::size_t k = 1; k < node_frames_.size(); ++k) {
+    const int modes = pattern_.modal_sizes[node_frames_[k].flexible];
+    e.node_frames.push_back(make_node_frame_evaluation(modes));
+    most_modes = std::max(most_modes, modes);
+  }
+  for (const NodeJoint& node_joint : node_joints_) {
+    const JointEvaluation& joint = e.joints[node_joint.joint];
+    e.node_gradients.push_back({joint.B[0], joint.B[1]});
+  }
+  e.work.setZero(6, 6 + most_modes);
   return e;
 }
 
@@ -82,13 +186,45 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     k.v_WB = Vector3d(vi[0], vi[1], vi[2]);
     k.w_WB_B = Vector3d(vi[3], vi[4], vi[5]);
   }
+  if (!flexible_.empty()) evaluate_flexible(q, v, e);
   for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const Joint& joint = joints_[j];
-    joint.constraint(kinematics(e, joint.body1()), kinematics(e, joint.body2()), e.joints[j]);
+    const Ends& ends = joint_ends_[j];
+    joints_[j].constraint(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.joints[j]);
   }
   for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
-    const SpringDamper& spring = spring_dampers_[s];
-    spring.evaluate(kinematics(e, spring.body1), kinematics(e, spring.body2), e.spring_dampers[s]);
+    const Ends& ends = spring_ends_[s];
+    spring_dampers_[s].evaluate(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.spring_dampers[s]);
+  }
+  if (!node_joints_.empty()) evaluate_node_gradients(e);
+}
+
+void System::evaluate_flexible(const VectorXd& q, const VectorXd& v, Evaluation& e) const {
+  for (int f = 0; f < flexible_count(); ++f) {
+    FlexibleEvaluation& flexible = e.flexible[f];
+    flexible_[f].evaluate(e.bodies[flexible_bodies_[f]], q.data() + modal_position(f), v.data() + modal_velocity(f),
+                          flexible);
+    e.modal_M[3 * f] = flexible.M_modal;
+    e.modal_M[3 * f + 1] = flexible.M_modal.transpose();
+  }
+  for (std::size_t k = 1; k < node_frames_.size(); ++k) {
+    const auto& [body, f, node] = node_frames_[k];
+    evaluate_node_frame(flexible_[f], e.flexible[f], node, e.bodies[body], e.bodies[body_count() + k],
+                        e.node_frames[k]);
+  }
+}
+
+// B = B_N J.
+void System::evaluate_node_gradients(Evaluation& e) const {
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
+    const auto& [j, incidence] = node_joints_[k];
+    for (int i = 0; i < 2; ++i) {
+      JointRows &B = e.joints[j].B[i], &B_N = e.node_gradients[k][i];
+      B_N = B;
+      if (incidence[i] < 0) continue;
+      const Matrix6Xd& J = e.node_frames[joint_ends_[j].side[i].node_frame].J;
+      B = B_N.lazyProduct(J.leftCols<6>());
+      e.modal_joints[incidence[i]].B = B_N.lazyProduct(J.rightCols(J.cols() - 6));
+    }
   }
 }
 
@@ -118,12 +254,12 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
         for (int c = 0; c < kVelocitiesPerBody; ++c) ri[c] += row[c] * multipliers[m];
       }
     }
-    if (joint.has_motor() && u[motor_index_[j]] != 0.0) {
+    if (joint.has_motor() && u[motor_index_[j]] != 0.0 && !joint_ends_[j].at_node()) {
       joint.add_motor(kinematics(e, joint.body1()), kinematics(e, joint.body2()), u[motor_index_[j]],
                       rows_of(joint.body1()), rows_of(joint.body2()));
     }
   }
-  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
+  for (int s : frame_springs_) {
     const SpringDamper& spring = spring_dampers_[s];
     const SpringDamperEvaluation& se = e.spring_dampers[s];
     const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
@@ -132,12 +268,71 @@ void System::residual(const Evaluation& e, const VectorXd& vdot, const VectorXd&
       if (ri) Segment6(ri).noalias() -= se.B[side].topRows<3>().transpose() * force;
     }
   }
+  if (!flexible_.empty()) add_flexible_residual(e, vdot, lambda, u, r);
+}
+
+void System::add_flexible_residual(const Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
+                                   VectorXd& r) const {
+  r.tail(modal_count_).setZero();
+  for (int f = 0; f < flexible_count(); ++f) {
+    const int i = flexible_bodies_[f], modal = modal_velocity(f);
+    flexible_[f].add_residual(e.bodies[i], e.flexible[f], vdot.data() + 6 * i, vdot.data() + modal, gravity_,
+                              r.data() + 6 * i, r.data() + modal);
+  }
+  for (std::size_t k = 0; k < pattern_.modal_incidences.size(); ++k) {
+    const auto& [j, f, side] = pattern_.modal_incidences[k];
+    r.segment(modal_velocity(f), flexible_[f].modes()).noalias() +=
+        e.modal_joints[k].B.transpose().lazyProduct(lambda.segment(lambda_index_[j], joints_[j].equations()));
+  }
+  for (const auto& [j, incidence] : node_joints_) {
+    if (!joints_[j].has_motor() || u[motor_index_[j]] == 0.0) continue;
+    Vector6d force[2] = {Vector6d::Zero(), Vector6d::Zero()};
+    joints_[j].add_motor(attachment(e, j, 0), attachment(e, j, 1), u[motor_index_[j]], force[0].data(),
+                         force[1].data());
+    for (int i = 0; i < 2; ++i) add_end_force(e, joint_ends_[j].side[i], force[i], r);
+  }
+  for (int s : node_springs_) {
+    const SpringDamperEvaluation& se = e.spring_dampers[s];
+    const Vector3d force = spring_dampers_[s].force(se) + u.segment<3>(actuator_index_[s]);
+    for (int i = 0; i < 2; ++i) {
+      add_end_force(e, spring_ends_[s].side[i], -(se.B[i].topRows<3>().transpose() * force), r);
+    }
+  }
+}
+
+// r += J^T f_N.
+void System::add_end_force(const Evaluation& e, const End& end, const Vector6d& f_N, VectorXd& r) const {
+  if (end.body == kGround) return;
+  const Matrix6Xd& J = e.node_frames[end.node_frame].J;
+  r.segment<6>(6 * end.body).noalias() += J.leftCols<6>().transpose() * f_N;
+  if (end.node_frame == 0) return;
+  const int f = flexible_index_[end.body], modes = flexible_[f].modes();
+  r.segment(modal_velocity(f), modes).noalias() += J.rightCols(modes).transpose().lazyProduct(f_N);
 }
 
 void System::constraint_rates(Evaluation& e) const {
   for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const Joint& joint = joints_[j];
-    joint.rate(kinematics(e, joint.body1()), kinematics(e, joint.body2()), e.joints[j]);
+    const Ends& ends = joint_ends_[j];
+    joints_[j].rate(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], e.joints[j]);
+  }
+  if (!node_joints_.empty()) evaluate_node_rates(e);
+}
+
+// Z = Z_N J + B_N L.
+void System::evaluate_node_rates(Evaluation& e) const {
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
+    const auto& [j, incidence] = node_joints_[k];
+    for (int i = 0; i < 2; ++i) {
+      if (incidence[i] < 0) continue;
+      const NodeFrameEvaluation& node = e.node_frames[joint_ends_[j].side[i].node_frame];
+      const Eigen::Index modes = node.J.cols() - 6;
+      const JointRows& B_N = e.node_gradients[k][i];
+      const JointRows Z_N = e.joints[j].Z[i];
+      MatrixXd& modal_Z = e.modal_joints[incidence[i]].Z;
+      e.joints[j].Z[i] = Z_N.lazyProduct(node.J.leftCols<6>()) + B_N.lazyProduct(node.L.leftCols<6>());
+      modal_Z.noalias() = Z_N.lazyProduct(node.J.rightCols(modes));
+      modal_Z.noalias() += B_N.lazyProduct(node.L.rightCols(modes));
+    }
   }
 }
 
@@ -152,17 +347,104 @@ void System::linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e)
   for (const Load& load : loads_) {  // r has -R^T t: d/dphi = -hat(R^T t)
     e.K[load.body].bottomRightCorner<3, 3>() -= lie::hat(e.bodies[load.body].R_WB.transpose() * load.torque);
   }
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
+  for (int j : frame_joints_) {
     const Joint& joint = joints_[j];
-    joint.stiffness(kinematics(e, joint.body1()), kinematics(e, joint.body2()), lambda.data() + lambda_index_[j],
-                    joint.has_motor() ? u[motor_index_[j]] : 0.0, blocks(e.K, joint.body1(), joint.body2()));
+    joint.stiffness(attachment(e, j, 0), attachment(e, j, 1), lambda.data() + lambda_index_[j],
+                    joint.has_motor() ? u[motor_index_[j]] : 0.0, blocks(e.K, joint_ends_[j]));
   }
-  for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
+  for (int s : frame_springs_) {
     const SpringDamper& spring = spring_dampers_[s];
+    const Ends& ends = spring_ends_[s];
     SpringDamperEvaluation& se = e.spring_dampers[s];
     const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
-    spring.linearize(kinematics(e, spring.body1), kinematics(e, spring.body2), force, se,
-                     blocks(e.K, spring.body1, spring.body2), blocks(e.C, spring.body1, spring.body2));
+    spring.linearize(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], force, se, blocks(e.K, ends),
+                     blocks(e.C, ends));
+  }
+  if (!flexible_.empty()) linearize_at_nodes(lambda, u, e);
+}
+
+void System::linearize_at_nodes(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const {
+  for (std::size_t p = 0; p < e.modal_C.size(); ++p) {
+    e.modal_C[p].setZero();
+    e.modal_K[p].setZero();
+  }
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
+    const int j = node_joints_[k].joint;
+    const Joint& joint = joints_[j];
+    const auto &k1 = attachment(e, j, 0), &k2 = attachment(e, j, 1);
+    const double motor = joint.has_motor() ? u[motor_index_[j]] : 0.0;
+    NodeElement element;
+    joint.stiffness(k1, k2, lambda.data() + lambda_index_[j], motor, all(element.K));
+    for (int i = 0; i < 2; ++i) {
+      element.force[i].noalias() =
+          e.node_gradients[k][i].transpose().lazyProduct(lambda.segment(lambda_index_[j], joint.equations()));
+    }
+    joint.add_motor(k1, k2, motor, element.force[0].data(), element.force[1].data());
+    add_element(joint_ends_[j], element, e);
+  }
+  for (int s : node_springs_) {
+    const SpringDamper& spring = spring_dampers_[s];
+    const Ends& ends = spring_ends_[s];
+    SpringDamperEvaluation& se = e.spring_dampers[s];
+    const Vector3d force = spring.force(se) + u.segment<3>(actuator_index_[s]);
+    NodeElement element;
+    spring.linearize(e.bodies[ends.side[0].frame], e.bodies[ends.side[1].frame], force, se, all(element.K),
+                     all(element.C));
+    for (int i = 0; i < 2; ++i) element.force[i].noalias() = -(se.B[i].topRows<3>().transpose() * force);
+    add_element(ends, element, e);
+  }
+}
+
+void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, Evaluation& e) const {
+  linearize(lambda, u, e);
+  for (int f = 0; f < flexible_count(); ++f) {
+    const int i = flexible_bodies_[f];
+    flexible_[f].linearize(e.bodies[i], e.flexible[f], vdot.data() + 6 * i, vdot.data() + modal_velocity(f), gravity_,
+                           flexible_blocks(e.C, e.modal_C, f), flexible_blocks(e.K, e.modal_K, f));
+  }
+}
+
+// C_ij += J_i^T C_N,ij J_j,  K_ij += J_i^T (K_N,ij J_j + C_N,ij L_j) + Q_ij.
+void System::add_element(const Ends& ends, const NodeElement& element, Evaluation& e) const {
+  struct Part {  // columns of J that belong to a node of the equations
+    int node, first, size;
+  };
+  const auto part = [&](const End& end, int p) -> Part {
+    if (p == 0) return {end.body, 0, 6};
+    const int f = flexible_index_[end.body];
+    return {pattern_.modal_node(f), 6, flexible_[f].modes()};
+  };
+  const auto add = [&](std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal, int i, int j) {
+    const NodeFrameEvaluation& node = e.node_frames[ends.side[i].node_frame];
+    for (int p = 0; p < (ends.side[i].node_frame > 0 ? 2 : 1); ++p) {
+      for (int r = 0; r < (ends.side[j].node_frame > 0 ? 2 : 1); ++r) {
+        const Part row = part(ends.side[i], p), column = part(ends.side[j], r);
+        const int index = pair_table_[row.node * nodes_ + column.node];
+        if (index < 0) continue;  // a joint that does not couple its bodies
+        double* block = std::max(row.node, column.node) < body_count() ? frames[index].data() : modal[index].data();
+        Eigen::Map<MatrixXd>(block, row.size, column.size).noalias() +=
+            node.J.middleCols(row.first, row.size)
+                .transpose()
+                .lazyProduct(e.work.middleCols(column.first, column.size));
+      }
+    }
+  };
+  for (int i = 0; i < 2; ++i) {
+    if (ends.side[i].body == kGround) continue;
+    for (int j = 0; j < 2; ++j) {
+      if (ends.side[j].body == kGround) continue;
+      const NodeFrameEvaluation& node = e.node_frames[ends.side[j].node_frame];
+      auto work = e.work.leftCols(node.J.cols());
+      work.noalias() = element.C[i][j].lazyProduct(node.J);
+      add(e.C, e.modal_C, i, j);
+      work.noalias() = element.K[i][j].lazyProduct(node.J);
+      work.noalias() += element.C[i][j].lazyProduct(node.L);
+      add(e.K, e.modal_K, i, j);
+    }
+    if (ends.side[i].node_frame == 0) continue;
+    const auto& [body, f, node] = node_frames_[ends.side[i].node_frame];
+    add_node_stiffness(flexible_[f], node, e.node_frames[ends.side[i].node_frame], element.force[i],
+                       flexible_blocks(e.K, e.modal_K, f));
   }
 }
 
@@ -181,28 +463,51 @@ double System::velocity_residual(const Evaluation& e) const {
 double System::kinetic_energy(const Evaluation& e) const {
   double energy = 0;
   for (int i = 0; i < body_count(); ++i) energy += bodies_[i].kinetic_energy(e.bodies[i]);
+  for (int f = 0; f < flexible_count(); ++f) {
+    energy += flexible_[f].kinetic_energy(e.bodies[flexible_bodies_[f]], e.flexible[f]);
+  }
   return energy;
 }
 
 double System::potential_energy(const Evaluation& e) const {
   double energy = 0;
   for (int i = 0; i < body_count(); ++i) energy -= bodies_[i].mass * gravity_.dot(e.bodies[i].p_WB);
+  for (int f = 0; f < flexible_count(); ++f) {
+    energy += flexible_[f].potential_energy(e.bodies[flexible_bodies_[f]], e.flexible[f], gravity_);
+  }
   for (std::size_t s = 0; s < spring_dampers_.size(); ++s) {
     energy += spring_dampers_[s].energy(e.spring_dampers[s]);
   }
   return energy;
 }
 
-int System::pair_index(int i, int j) const {
-  return i == kGround || j == kGround ? -1 : pair_table_[i * body_count() + j];
+Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* lambda) const {
+  const BodyKinematics& k2 = attachment(e, joint, 1);
+  for (std::size_t k = 0; k < node_joints_.size(); ++k) {
+    if (node_joints_[k].joint != joint) continue;
+    JointEvaluation in_frames = e.joints[joint];
+    for (int side = 0; side < 2; ++side) in_frames.B[side] = e.node_gradients[k][side];
+    return joints_[joint].reaction(k2, in_frames, lambda);
+  }
+  return joints_[joint].reaction(k2, e.joints[joint], lambda);
 }
 
-PairBlocks System::blocks(std::vector<Matrix6d>& matrices, int body1, int body2) const {
-  const int body[2] = {body1, body2};
+Vector3d System::node_position(const Evaluation& e, int body, int node) const {
+  const int f = flexible_index_[body];
+  return e.bodies[body].p_WB + e.bodies[body].R_WB * flexible_[f].position(node, e.flexible[f]);
+}
+
+FlexibleBody::Blocks System::flexible_blocks(std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal,
+                                             int flexible) const {
+  MatrixXd* first = &modal[3 * flexible];
+  return {frames[flexible_bodies_[flexible]], first[0], first[1], first[2]};
+}
+
+PairBlocks System::blocks(std::vector<Matrix6d>& matrices, const Ends& ends) {
   PairBlocks result;
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) {
-      const int index = pair_index(body[i], body[j]);
+      const int index = ends.pair[i][j];
       result.block[i][j] = index < 0 ? nullptr : &matrices[index];
     }
   }

@@ -366,9 +366,10 @@ def test_order_for_every_sigma(model, sigma):
 @pytest.mark.parametrize("formulation", [INDEX3, STABILIZED], ids=["index3", "stabilizedIndex2"])
 @pytest.mark.parametrize("rho", [0.9, 0.65])
 def test_order_of_the_incremental_corrector(formulation, rho):
+    """Steps of 6e-5 s would show the rounding of λ in index 3, ε/h², which this form carries from step to step."""
     orders = observed_orders(
         "HeavyTop",
-        2.5e-4,
+        5e-4,
         corrector=INCREMENTAL,
         formulation=formulation,
         spectral_radius=rho,

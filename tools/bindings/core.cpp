@@ -1,12 +1,15 @@
 // Python module sigmafmu._core: the integrator core without an FMU around it, for tests and studies.
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -92,13 +95,28 @@ struct PySystem {
       B.block(system.lambda_index(joint), 6 * body, rows, 6) = e.joints[joint].B[side];
       Z.block(system.lambda_index(joint), 6 * body, rows, 6) = e.joints[joint].Z[side];
     }
+    for (std::size_t k = 0; k < e.modal_joints.size(); ++k) {
+      const auto& [joint, flexible, side] = system.pattern().modal_incidences[k];
+      const ModalRows& rows = e.modal_joints[k];
+      const int row = system.lambda_index(joint), column = system.modal_velocity(flexible);
+      B.block(row, column, rows.B.rows(), rows.B.cols()) = rows.B;
+      Z.block(row, column, rows.Z.rows(), rows.Z.cols()) = rows.Z;
+    }
     return nb::make_tuple(phi, phidot, B, Z);
   }
-  nb::tuple linearization(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, const VectorXd& u) {
+  nb::tuple linearization(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, const VectorXd& u,
+                          const std::optional<VectorXd>& vdot) {
     check(q, v);
     check_forces(lambda, u);
     system.evaluate(q, v, e);
-    system.linearize(lambda, u, e);
+    if (vdot) {
+      check(q, *vdot);
+      system.linearize(*vdot, lambda, u, e);
+    } else if (system.flexible_count() == 0) {
+      system.linearize(lambda, u, e);
+    } else {
+      throw std::invalid_argument("the linearization of flexible bodies needs vdot");
+    }
     const int n = system.velocity_size();
     MatrixXd M = MatrixXd::Zero(n, n), C = MatrixXd::Zero(n, n), K = MatrixXd::Zero(n, n);
     for (int i = 0; i < system.body_count(); ++i) {
@@ -110,6 +128,19 @@ struct PySystem {
       C.block<6, 6>(6 * i, 6 * j) = e.C[p];
       K.block<6, 6>(6 * i, 6 * j) = e.K[p];
     }
+    for (int f = 0; f < system.flexible_count(); ++f) {
+      const int i = system.flexible_body(f);
+      M.block<6, 6>(6 * i, 6 * i) += e.flexible[f].M;
+    }
+    const int bodies = system.body_count();
+    auto first = [&](int node) { return node < bodies ? 6 * node : system.modal_velocity(node - bodies); };
+    for (std::size_t p = 0; p < e.modal_C.size(); ++p) {
+      const auto [i, j] = system.pattern().modal_pairs[p];
+      const Eigen::Index rows = e.modal_C[p].rows(), columns = e.modal_C[p].cols();
+      if (p < e.modal_M.size()) M.block(first(i), first(j), rows, columns) = e.modal_M[p];
+      C.block(first(i), first(j), rows, columns) = e.modal_C[p];
+      K.block(first(i), first(j), rows, columns) = e.modal_K[p];
+    }
     return nb::make_tuple(M, C, K);
   }
   nb::tuple accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
@@ -118,6 +149,14 @@ struct PySystem {
     check_forces(lambda, u);
     if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
     return nb::make_tuple(vdot, lambda);
+  }
+  VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
+    const VectorXd vdot = nb::cast<VectorXd>(accelerations(q, v, u)[0]);
+    InputSignal input(system.input_size());
+    input.derivative[0] = u;
+    VectorXd vddot(system.velocity_size());
+    if (!solver.jerk(q, v, vdot, input, 0.0, vddot)) throw std::runtime_error("dependent constraints");
+    return vddot;
   }
   double energy(const VectorXd& q, const VectorXd& v) {
     check(q, v);
@@ -128,16 +167,14 @@ struct PySystem {
     check(q, v);
     system.evaluate(q, v, e);
     const Joint& j = system.joint(joint);
-    const auto &k1 = system.kinematics(e, j.body1()), &k2 = system.kinematics(e, j.body2());
+    const auto &k1 = system.attachment(e, joint, 0), &k2 = system.attachment(e, joint, 1);
     return nb::make_tuple(j.coordinate(k1, k2), j.coordinate_rate(k1, k2));
   }
   nb::tuple reaction(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, int joint) {
     check(q, v);
     if (lambda.size() != system.constraint_size()) throw std::invalid_argument("lambda has the wrong size");
     system.evaluate(q, v, e);
-    const Joint& j = system.joint(joint);
-    const auto r =
-        j.reaction(system.kinematics(e, j.body2()), e.joints[joint], lambda.data() + system.lambda_index(joint));
+    const auto r = system.reaction(e, joint, lambda.data() + system.lambda_index(joint));
     return nb::make_tuple(r.force, r.torque);
   }
   VectorXd compose(const VectorXd& q, const VectorXd& theta) const {
@@ -145,7 +182,19 @@ struct PySystem {
     for (int i = 0; i < system.body_count(); ++i) {
       result.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), theta.segment<6>(6 * i));
     }
+    result.tail(system.modal_count()) += theta.tail(system.modal_count());
     return result;
+  }
+  VectorXd node_position(const VectorXd& q, int body, int node) {
+    check(q, VectorXd::Zero(system.velocity_size()));
+    if (body < 0 || body >= system.body_count() || system.flexible_index(body) < 0) {
+      throw std::invalid_argument("there is no such flexible body");
+    }
+    if (node < 0 || node >= system.flexible(system.flexible_index(body)).nodes()) {
+      throw std::invalid_argument("there is no such node");
+    }
+    system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+    return system.node_position(e, body, node);
   }
   VectorXd project_positions(VectorXd q) {
     const auto result = solver.project_positions(q);
@@ -171,6 +220,7 @@ struct PySimulation {
         integrator(make_integrator(system, mechanism.integrator)),
         state(integrator->make_state()),
         input(system.input_size()) {
+    if (system.flexible_count() > 0) throw std::invalid_argument("the integrator does not move flexible bodies yet");
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
   }
@@ -301,9 +351,35 @@ void bind_definitions(nb::module_& m) {
       .value("universal", JointType::universal)
       .value("prismatic", JointType::prismatic)
       .value("fixed", JointType::fixed);
+  using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+  const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    if (a.shape(1) != 3) throw std::invalid_argument("the second dimension of shapes and rotations must be 3");
+    return Eigen::Map<const RowMajor>(a.data(), 3 * static_cast<Eigen::Index>(a.shape(0)),
+                                      static_cast<Eigen::Index>(a.shape(2)));
+  };
+  nb::class_<ModalDef>(m, "Modal", "Nodes and modes that make a body flexible.")
+      .def(nb::init<>())
+      .def_rw("nodes", &ModalDef::nodes)
+      .def_rw("masses", &ModalDef::masses)
+      .def_rw("mass_matrix", &ModalDef::mass_matrix)
+      .def(
+          "set_shapes", [rows](ModalDef& d, const Shapes& a) { d.shapes = rows(a); }, "shapes"_a, "Phi, n x 3 x f")
+      .def(
+          "set_rotations", [rows](ModalDef& d, const Shapes& a) { d.rotations = rows(a); }, "rotations"_a,
+          "Psi, n x 3 x f")
+      .def_rw("shapes", &ModalDef::shapes, "3n x f")
+      .def_rw("rotations", &ModalDef::rotations, "3n x f")
+      .def_rw("stiffness", &ModalDef::stiffness)
+      .def_rw("damping", &ModalDef::damping)
+      .def_rw("mass_damping", &ModalDef::mass_damping)
+      .def_rw("stiffness_damping", &ModalDef::stiffness_damping)
+      .def_rw("initial_coordinates", &ModalDef::initial_coordinates)
+      .def_rw("initial_rates", &ModalDef::initial_rates);
   nb::class_<RigidBodyDef>(m, "RigidBody")
       .def(nb::init<>())
       .def_rw("name", &RigidBodyDef::name)
+      .def_rw("modal", &RigidBodyDef::modal, nb::for_setter(nb::arg("modal").none()))
       .def_rw("mass", &RigidBodyDef::mass)
       .def_rw("inertia", &RigidBodyDef::inertia)
       .def_rw("inertia_products", &RigidBodyDef::inertia_products)
@@ -313,8 +389,10 @@ void bind_definitions(nb::module_& m) {
       .def_rw("initial_angular_velocity", &RigidBodyDef::initial_angular_velocity);
   nb::class_<Frame>(m, "Frame")
       .def(
-          "__init__", [](Frame* f, const Vector3d& origin, const Matrix3d& axes) { new (f) Frame{origin, axes}; },
-          "origin"_a, "axes"_a)
+          "__init__",
+          [](Frame* f, const Vector3d& origin, const Matrix3d& axes, int node) { new (f) Frame{origin, axes, node}; },
+          "origin"_a, "axes"_a, "node"_a = kFloatingFrame)
+      .def_rw("node", &Frame::node)
       .def_rw("origin", &Frame::origin)
       .def_rw("axes", &Frame::axes);
   nb::class_<JointDef>(m, "Joint")
@@ -324,15 +402,20 @@ void bind_definitions(nb::module_& m) {
              const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
           "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
       .def_rw("name", &JointDef::name)
-      .def_rw("type", &JointDef::type);
+      .def_rw("type", &JointDef::type)
+      .def_ro("body1", &JointDef::body1)
+      .def_ro("frame1", &JointDef::frame1)
+      .def_ro("body2", &JointDef::body2)
+      .def_ro("frame2", &JointDef::frame2);
   nb::class_<SpringDamperDef>(m, "SpringDamper")
       .def(
           "__init__",
           [](SpringDamperDef* s, std::string name, int body1, const Vector3d& point1, int body2, const Vector3d& point2,
-             const Vector3d& stiffness, const Vector3d& damping) {
-            new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping};
+             const Vector3d& stiffness, const Vector3d& damping, int node1, int node2) {
+            new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping, node1, node2};
           },
-          "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a)
+          "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a,
+          "node1"_a = kFloatingFrame, "node2"_a = kFloatingFrame)
       .def_rw("stiffness", &SpringDamperDef::stiffness)
       .def_rw("damping", &SpringDamperDef::damping);
   nb::class_<LoadDef>(m, "Load").def(
@@ -384,6 +467,16 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stop_time", &Mechanism::stop_time)
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("axes_with_z", &axes_with_z, "z"_a);
+  m.def(
+      "assemble",
+      [](const MultibodyDef& d) {
+        const System system((validate(d), d));
+        ConsistentSolver solver(system);
+        VectorXd q(system.position_size()), v(system.velocity_size());
+        assemble(d, system, solver, q, v);
+        return nb::make_tuple(q, v);
+      },
+      "multibody"_a, "(q, v) of the initial values, moved onto the constraints.");
   m.def("mechanisms", [] {
     std::vector<std::string> names;
     for (const Mechanism& mechanism : mechanisms()) names.push_back(mechanism.name);
@@ -443,8 +536,17 @@ NB_MODULE(_core, m) {
       .def("actuator_index", [](const PySystem& s, int spring) { return s.system.actuator_index(spring); })
       .def("residual", &PySystem::residual, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "u"_a)
       .def("constraints", &PySystem::constraints, "q"_a, "v"_a, "(Phi, Phi', B, Z)")
-      .def("linearization", &PySystem::linearization, "q"_a, "v"_a, "lambda_"_a, "u"_a, "(M, C, K)")
+      .def("linearization", &PySystem::linearization, "q"_a, "v"_a, "lambda_"_a, "u"_a, "vdot"_a = nb::none(),
+           "(M, C, K); with flexible bodies K depends on vdot as well.")
+      .def_prop_ro("modal_count", [](const PySystem& s) { return s.system.modal_count(); })
+      .def(
+          "modal_index", [](const PySystem& s, int body) { return s.system.modal_index(body); }, "body"_a,
+          "Where a body's modal coordinates start among those of all bodies, the tails of q and v; -1: rigid.")
+      .def(
+          "modes", [](const PySystem& s, int body) { return s.system.modes(body); }, "body"_a)
+      .def("node_position", &PySystem::node_position, "q"_a, "body"_a, "node"_a, "In W.")
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
+      .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a)
       .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
