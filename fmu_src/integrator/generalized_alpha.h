@@ -24,7 +24,7 @@ class GeneralizedAlpha final : public ImplicitIntegrator {
   GeneralizedAlpha(const System& system, const IntegratorSettings& settings);
 
   State make_state() const override;
-  void shift_accelerations(State& state, const VectorXd& jump) const override;
+  void shift_accelerations(State& state, const VectorXd& jump) override;
 
  private:
   void remember_start(State& state, const VectorXd& V, const VectorXd& Vdot, const VectorXd& jerk) override;
