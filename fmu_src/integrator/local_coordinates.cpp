@@ -144,7 +144,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
       const Vector6d X = of_body(theta, i);
       const PartVector x = X.template tail<N>();
       Vector6d w = X - of_body(c, i);
-      if (rule.transported) w.template tail<N>() = x - Part::tangent_times(x, part(c, i));
+      if (rule.transported) w.template tail<N>() = Part::tangent_times(x, x - part(c, i));
       if (b) w += of_body(*b, i);
       if (rule.sigma[i] != 1.0) w.template tail<N>() = (P_inverse(rule.sigma[i], x) * w.template tail<N>()).eval();
       V.segment<6>(kVelocitiesPerBody * i) = rule.gamma_prime * w;
@@ -185,7 +185,8 @@ class LocalCoordinatesOf final : public LocalCoordinates {
   }
 
  private:
-  // dV = gamma' P^-1 d(theta - T(theta) c - (P - I) V/gamma') of one body.
+  // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of one body, the last V held fixed; theta - c without T in
+  // front where c is not transported.
   SIGMAFMU_FLATTEN void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at,
                                   Derivative derivative, int i) {
     const PartVector theta = part(at.theta, i);
@@ -195,9 +196,13 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     if (!identity_P) tangents_.P_inverse[i] = P_inverse(sigma, theta);
     PartMatrix G = PartMatrix::Identity();
     if (derivative == Derivative::exact) {
-      PartVector w = (1 - sigma) / rule.gamma_prime * part(at.V, i);
-      if (rule.transported) w += part(at.c, i);
-      G = (PartMatrix::Identity() - Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
+      PartVector w = (sigma - 1) / rule.gamma_prime * part(at.V, i);
+      PartMatrix d = PartMatrix::Identity();
+      if (rule.transported) {
+        w += theta - part(at.c, i);
+        d = Part::tangent(theta);
+      }
+      G = (d + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
     }
     if (!identity_P) G = (tangents_.P_inverse[i] * G).eval();
     if constexpr (kMixed) {

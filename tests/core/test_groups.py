@@ -156,7 +156,7 @@ def test_se3_keeps_lower_pairs_to_the_ground(method, absolute, local):
     on SE(3) a step with one of them keeps the joint, but for rounding, some ulps a step. The joints between moving
     bodies drift on both groups."""
     chosen = {"method": method, "formulation": INDEX2, "local_coordinates": local, "absolute_coordinates": absolute}
-    for model, joint, drifted in (("HeavyTop", "pivot", 1e-3), ("SliderCrank", "crankPivot", 3e-5)):
+    for model, joint, drifted in (("HeavyTop", "pivot", 1e-4), ("SliderCrank", "crankPivot", 1e-5)):
         rounding = 4 * EPS * LONG[model][1]
         kept, lost = (drift(model, group=group, **chosen) for group in (SE3, R3XSO3))
         assert kept[joint] <= rounding
