@@ -17,6 +17,13 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const auto random = [&] { return 2.0 * (generator() / 4294967295.0) - 1.0; };
 
   for (RigidBodyDef& body : mechanism.multibody.bodies) {
+    if (body.modal) {  // a body without symmetry, and modes that couple every direction
+      ModalDef& modal = *body.modal;
+      const double size = modal.nodes.cwiseAbs().maxCoeff(), shape = modal.shapes.cwiseAbs().maxCoeff();
+      for (double& x : modal.nodes.reshaped()) x += 0.1 * size * random();
+      for (double& x : modal.shapes.reshaped()) x += 0.1 * shape * random();
+      continue;
+    }
     const double trace = body.inertia.sum();
     body.inertia.array() += 0.2 * trace;
     for (double& product : body.inertia_products) product = 0.05 * trace * (1.5 + random());
