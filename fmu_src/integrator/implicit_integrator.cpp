@@ -15,7 +15,7 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSet
       v_(coordinates_->mixed() ? V_ : own_v_),
       vdot_(coordinates_->mixed() ? Vdot_ : own_vdot_),
       evaluation_(system.make_evaluation()),
-      start_(evaluation_.joints),
+      start_(evaluation_),
       factorization_(matrix_.make_factorization()) {
   q_.setZero(system.position_size());
   for (VectorXd* x : {&V_n_, &Vdot_n_, &c_, &offset_, &theta_, &V_, &Vdot_, &v_, &vdot_, &B_mu_, &v_old_, &r_}) {
@@ -37,10 +37,7 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
   failure = {StepFailure::Reason::no_convergence, t, h, -1, 0, 0};
   h_ = h;
   input.value(t, u_);
-  if (stabilized_) {
-    system_.evaluate(state.q, state.v, evaluation_);
-    start_.swap(evaluation_.joints);
-  }
+  if (stabilized_) system_.evaluate(state.q, state.v, start_);
   coordinates_->to_group(state.q, state.v, state.vdot, V_n_, Vdot_n_);
   mu_.setZero();
   B_mu_.setZero();
@@ -103,7 +100,7 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
 bool ImplicitIntegrator::renew_matrix(const State& state) {
   using Derivative = LocalCoordinates::Derivative;
   if (!settings_.is(Formulation::index3)) system_.constraint_rates(evaluation_);
-  system_.linearize(lambda_, u_, evaluation_);
+  system_.linearize(vdot_, lambda_, u_, evaluation_);
   matrix_is_new_ = true;
   return coordinates_->factorize(matrix_, evaluation_, start_, scales_, rule(), {state.q, q_, theta_, c_, V_, Vdot_},
                                  settings_.is(Jacobian::full) ? derivative() : Derivative::none, factorization_);
@@ -111,9 +108,7 @@ bool ImplicitIntegrator::renew_matrix(const State& state) {
 
 // Increments of all unknowns, of which lambda_ and mu_ are done here.
 void ImplicitIntegrator::solve(const State& s) {
-  for (int i = 0; i < system_.body_count(); ++i) {
-    x_.segment<6>(matrix_.body_offset(i)) = -scales_.scale * r_.segment<6>(6 * i);
-  }
+  x_.head(system_.velocity_size()) = -scales_.scale * r_;
   for (int j = 0; j < system_.joint_count(); ++j) {
     const JointEvaluation& e = evaluation_.joints[j];
     const int m = static_cast<int>(e.phi.size());
@@ -138,12 +133,22 @@ void ImplicitIntegrator::gradient_times_mu(const State& s, bool increment) {
   if (!stabilized_) return;
   B_mu_.setZero();
   for (const auto& [joint, body, side] : system_.pattern().incidences) {
-    const double* row = start_[joint].B[side].data();
+    const double* row = start_.joints[joint].B[side].data();
     const double* multiplier =
         increment ? x_.data() + matrix_.mu_offset(joint) : mu_.data() + system_.lambda_index(joint);
     double* out = B_mu_.data() + 6 * body;
     for (int m = 0; m < system_.joint(joint).equations(); ++m, row += 6) {
       for (int c = 0; c < 6; ++c) out[c] += multiplier[m] * row[c];
+    }
+  }
+  const auto& pattern = system_.pattern();
+  for (std::size_t k = 0; k < pattern.modal_incidences.size(); ++k) {
+    const auto& [joint, flexible, side] = pattern.modal_incidences[k];
+    const MatrixXd& B = start_.modal_joints[k].B;
+    const double* multiplier =
+        increment ? x_.data() + matrix_.mu_offset(joint) : mu_.data() + system_.lambda_index(joint);
+    for (int m = 0; m < B.rows(); ++m) {
+      B_mu_.segment(system_.modal_velocity(flexible), B.cols()) += multiplier[m] * B.row(m).transpose();
     }
   }
   coordinates_->turn_to_group(s.q, B_mu_);
@@ -162,26 +167,33 @@ void ImplicitIntegrator::iterate_from_motion(const State& s) {
   update_mixed_velocities();
 }
 
-// Largest velocity increment over a fraction of its tolerance, all bodies, translation and rotation apart. The floor is
-// the rounding of the positions, seen through gamma'.
+// Largest velocity increment over a fraction of its tolerance, all bodies, translation, rotation and modes apart. The
+// floor is the rounding of the positions, seen through gamma'.
 double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int& worst_body) const {
   constexpr double kFloor = 8 * std::numeric_limits<double>::epsilon();
   double largest = 0;
+  // Norms of a part of body i: its velocity, the increments of velocity and motion, its position [m] or [rad].
+  const auto add = [&](int i, double v, double dv, double dq, double size) {
+    const double tolerance = fraction * (settings_.absolute_tolerance + settings_.relative_tolerance * v) +
+                             kFloor * scales_.gamma_prime * size;
+    const double scaled = std::max(dv, scales_.gamma_prime * dq) / tolerance;
+    if (scaled <= largest || std::isnan(largest)) return;
+    largest = scaled;
+    worst_body = i;
+  };
   for (int i = 0; i < system_.body_count(); ++i) {
-    const double size[2] = {s.q.segment<3>(7 * i).norm(), 1.0};  // [m], [rad]
+    const double size[2] = {s.q.segment<3>(7 * i).norm(), 1.0};
     for (int part = 0; part < 2; ++part) {
-      const auto v = v_.segment<3>(6 * i + 3 * part);
-      const double dv = (v - v_old_.segment<3>(6 * i + 3 * part)).norm();
-      const double dq = scales_.gamma_prime * x_.segment<3>(matrix_.body_offset(i) + 3 * part).norm();
-      const double tolerance = fraction * (settings_.absolute_tolerance + settings_.relative_tolerance * v.norm()) +
-                               kFloor * scales_.gamma_prime * size[part];
-      const double scaled = std::max(dv, dq) / tolerance;
-      if (!(scaled <= largest)) {
-        largest = scaled;
-        worst_body = i;
-      }
-      if (!std::isfinite(scaled)) return scaled;
+      const int at = 6 * i + 3 * part;
+      add(i, v_.segment<3>(at).norm(), (v_.segment<3>(at) - v_old_.segment<3>(at)).norm(), x_.segment<3>(at).norm(),
+          size[part]);
     }
+  }
+  for (int f = 0; f < system_.flexible_count(); ++f) {
+    const int at = system_.modal_velocity(f), count = system_.flexible(f).modes();
+    add(system_.flexible_body(f), v_.segment(at, count).norm(),
+        (v_.segment(at, count) - v_old_.segment(at, count)).norm(), x_.segment(at, count).norm(),
+        s.q.segment(system_.modal_position(f), count).norm());
   }
   return largest;
 }
@@ -189,7 +201,7 @@ double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int
 double ImplicitIntegrator::largest_rotation_increment() const {
   double largest = 0;
   for (int i = 0; i < system_.body_count(); ++i) {
-    largest = std::max(largest, x_.segment<3>(matrix_.body_offset(i) + 3).norm());
+    largest = std::max(largest, x_.segment<3>(6 * i + 3).norm());
   }
   return largest;
 }

@@ -65,7 +65,7 @@ class ImplicitIntegrator : public Integrator {
   VectorXd own_v_, own_vdot_;
   VectorXd &v_, &vdot_;  // mixed velocities and accelerations of the iterate: V_ and Vdot_ themselves, or the own ones
   Evaluation evaluation_;
-  std::vector<JointEvaluation> start_;  // B(q_n)
+  Evaluation start_;  // at the start of the step, for B(q_n)
   Factorization factorization_;
   bool matrix_is_new_ = false;
   VectorXd v_old_, u_, r_;

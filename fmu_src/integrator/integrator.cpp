@@ -37,7 +37,7 @@ bool Integrator::initialize(State& s, const InputSignal& input) {
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Joint& joint = system_.joint(j);
     if (joint.type() == JointType::revolute) {
-      s.angle[j] = joint.coordinate(system_.kinematics(e, joint.body1()), system_.kinematics(e, joint.body2()));
+      s.angle[j] = joint.coordinate(system_.attachment(e, j, 0), system_.attachment(e, j, 1));
     }
   }
   if (!consistent.jerk(s.q, s.v, s.vdot, input, s.time, jerk) || !jerk.allFinite()) return false;
@@ -79,8 +79,7 @@ void Integrator::commit(State& s, double t, double h, const VectorXd& q, const V
   for (int j = 0; j < system_.joint_count(); ++j) {  // the turn nearest to the angle that the rate predicts
     const Joint& joint = system_.joint(j);
     if (joint.type() != JointType::revolute) continue;
-    const auto& k1 = system_.kinematics(e, joint.body1());
-    const auto& k2 = system_.kinematics(e, joint.body2());
+    const auto &k1 = system_.attachment(e, j, 0), &k2 = system_.attachment(e, j, 1);
     const double wrapped = joint.coordinate(k1, k2);
     const double predicted = s.angle[j] + h * joint.coordinate_rate(k1, k2);
     s.angle[j] = wrapped + 2 * kPi * std::round((predicted - wrapped) / (2 * kPi));

@@ -16,6 +16,14 @@ BlockLU make_kkt_solver(const BlockPattern& pattern, int sets) {
   for (const auto& i : pattern.modal_incidences) {
     edges.emplace_back(pattern.joint_node(i.joint), pattern.modal_node(i.body));
   }
+  if (sets == 2) {  // mu of a joint moves the modes of a flexible body whose frame it holds
+    for (const auto& i : pattern.incidences) {
+      for (std::size_t f = 0; f < pattern.modal_sizes.size(); ++f) {
+        const auto [frame, modes] = pattern.modal_pairs[3 * f];
+        if (frame == i.body) edges.emplace_back(pattern.joint_node(i.joint), modes);
+      }
+    }
+  }
   return BlockLU(sizes, edges, stage);
 }
 

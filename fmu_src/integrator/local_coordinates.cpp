@@ -45,7 +45,8 @@ class LocalCoordinatesOf final : public LocalCoordinates {
   }
 
  public:
-  LocalCoordinatesOf(int bodies) : bodies_(bodies), tangents_(bodies) {}
+  explicit LocalCoordinatesOf(const System& system)
+      : bodies_(system.body_count()), modes_(system.modal_count()), tangents_(bodies_) {}
 
   bool mixed() const override { return kMixed; }
 
@@ -93,6 +94,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     for (int i = 0; i < bodies_; ++i) {
       write(represented(Group::product(pose(q_n, i), Group::psi(of_body(theta, i)))), q, i);
     }
+    if (modes_ > 0) q.tail(modes_) = q_n.tail(modes_) + theta.segment(kVelocitiesPerBody * bodies_, modes_);
   }
 
   void store(const VectorXd& q, VectorXd& stored) const override {
@@ -103,6 +105,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
         const Pose now = represented(pose(q, i));
         write({now.p, lie::nearest(now.quat, pose(stored, i).quat)}, stored, i);
       }
+      stored.tail(modes_) = q.tail(modes_);
     }
   }
 
@@ -132,6 +135,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
         part(theta, i) += Part::tangent_inverse_times(part(theta, i), Group::velocity(pose(q, i).quat, of_body(dq, i)));
       }
     }
+    if (modes_ > 0) theta.tail(modes_) += dq.segment(kVelocitiesPerBody * bodies_, modes_);
   }
 
   SIGMAFMU_FLATTEN void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c,
@@ -145,6 +149,9 @@ class LocalCoordinatesOf final : public LocalCoordinates {
       if (rule.sigma[i] != 1.0) w.template tail<N>() = (P_inverse(rule.sigma[i], x) * w.template tail<N>()).eval();
       V.segment<6>(kVelocitiesPerBody * i) = rule.gamma_prime * w;
     }
+    if (modes_ == 0) return;
+    V.tail(modes_) = rule.gamma_prime * (theta.tail(modes_) - c.tail(modes_));
+    if (b) V.tail(modes_) += rule.gamma_prime * b->tail(modes_);
   }
 
   SIGMAFMU_FLATTEN void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
@@ -166,15 +173,14 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     }
   }
 
-  bool factorize(NewtonMatrix& matrix, const Evaluation& e, const std::vector<JointEvaluation>& B_n,
-                 const StepScales& step, const VelocityRule& rule, const Iterate& at, Derivative derivative,
-                 Factorization& f) override {
+  bool factorize(NewtonMatrix& matrix, const Evaluation& e, const Evaluation& start, const StepScales& step,
+                 const VelocityRule& rule, const Iterate& at, Derivative derivative, Factorization& f) override {
     tangents_.identity_P = kMixed;
     for (int i = 0; i < bodies_; ++i) tangents_.identity_P = tangents_.identity_P && rule.sigma[i] == 1.0;
     if (derivative != Derivative::none && !(derivative == Derivative::printed && tangents_.identity_P)) {
       for (int i = 0; i < bodies_; ++i) linearize(step, rule, at, derivative, i);
     }
-    return matrix.factorize(e, B_n, step, tangents_, f);
+    return matrix.factorize(e, start, step, tangents_, f);
   }
 
  private:
@@ -221,29 +227,28 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     P_inverse.template topRows<3>() = (R * P_inverse.template topRows<3>()).eval();
   }
 
-  int bodies_;
+  int bodies_, modes_;
   BodyTangents<N> tangents_;
 };
 
 template <class Absolute, template <class> class Group>
-std::unique_ptr<LocalCoordinates> with_map(int bodies, const IntegratorSettings& s) {
-  if (s.is(CoordinateMap::cayley)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley>>>(bodies);
-  if (s.is(CoordinateMap::cayley2)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley2>>>(bodies);
-  return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Exponential>>>(bodies);
+std::unique_ptr<LocalCoordinates> with_map(const System& system, const IntegratorSettings& s) {
+  if (s.is(CoordinateMap::cayley)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley>>>(system);
+  if (s.is(CoordinateMap::cayley2)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley2>>>(system);
+  return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Exponential>>>(system);
 }
 
 template <class Absolute>
-std::unique_ptr<LocalCoordinates> with_group(int bodies, const IntegratorSettings& s) {
-  if (s.is(LieGroup::se3)) return with_map<Absolute, lie::SE3>(bodies, s);
-  return with_map<Absolute, lie::R3xSO3>(bodies, s);
+std::unique_ptr<LocalCoordinates> with_group(const System& system, const IntegratorSettings& s) {
+  if (s.is(LieGroup::se3)) return with_map<Absolute, lie::SE3>(system, s);
+  return with_map<Absolute, lie::R3xSO3>(system, s);
 }
 
 }  // namespace
 
 std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& s) {
-  const int bodies = system.body_count();
-  if (s.is(AbsoluteCoordinates::rotation_vector)) return with_group<lie::RotationVectorPosition>(bodies, s);
-  return with_group<lie::QuaternionPosition>(bodies, s);
+  if (s.is(AbsoluteCoordinates::rotation_vector)) return with_group<lie::RotationVectorPosition>(system, s);
+  return with_group<lie::QuaternionPosition>(system, s);
 }
 
 }  // namespace sigmafmu

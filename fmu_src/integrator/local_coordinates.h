@@ -5,7 +5,8 @@
 //
 // for one group, one coordinate map and one kind of absolute coordinates; lie/lgt.h lists them. Integrators work with
 // the velocities V of the group, the equations of motion with the mixed ones v = (v_WB in W, w_WB_B); here is where the
-// two meet. On R^3 x SO(3) they are the same. Vectors hold 6 (q: 7) entries for each body.
+// two meet. On R^3 x SO(3) they are the same. Modal coordinates of flexible bodies are a vector space: theta is their
+// increment and T the identity. Vectors are laid out as in multibody/system.h.
 //
 // Whatever the absolute coordinates, q holds quaternions. With rotation vectors they are those of the rotation vectors
 // that are integrated, with the sign that makes them continuous.
@@ -70,10 +71,9 @@ class LocalCoordinates {
     const VectorXd &q_n, &q, &theta, &c, &V, &Vdot;
   };
   enum class Derivative { exact, printed, none };  // of V: exact; P^-1, as Algorithm 2 has it; the identity
-  [[nodiscard]] virtual bool factorize(NewtonMatrix& matrix, const Evaluation& e,
-                                       const std::vector<JointEvaluation>& B_n, const StepScales& step,
-                                       const VelocityRule& rule, const Iterate& at, Derivative derivative,
-                                       Factorization& f) = 0;
+  [[nodiscard]] virtual bool factorize(NewtonMatrix& matrix, const Evaluation& e, const Evaluation& start,
+                                       const StepScales& step, const VelocityRule& rule, const Iterate& at,
+                                       Derivative derivative, Factorization& f) = 0;
 };
 
 std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& settings);

@@ -154,13 +154,20 @@ bool MuntheKaas::project(State& state, StepFailure& failure) {
 // Largest error of theta/h and V, which theta_ and V_ hold, over the tolerance: both are velocities.
 double MuntheKaas::scaled_error(double h, int& worst_body) {
   double largest = 0;
-  for (int at = 0; at < system_.velocity_size(); at += 3) {
-    const double tolerance = settings_.absolute_tolerance + settings_.relative_tolerance * V_n_.segment<3>(at).norm();
-    const double scaled = std::max(theta_.segment<3>(at).norm() / h, V_.segment<3>(at).norm()) / tolerance;
-    if (scaled <= largest) continue;
+  const auto add = [&](int body, int at, int count) {
+    const double tolerance =
+        settings_.absolute_tolerance + settings_.relative_tolerance * V_n_.segment(at, count).norm();
+    const double scaled = std::max(theta_.segment(at, count).norm() / h, V_.segment(at, count).norm()) / tolerance;
+    if (scaled <= largest || std::isnan(largest)) return;
     largest = scaled;
-    worst_body = at / kVelocitiesPerBody;
-    if (!std::isfinite(scaled)) break;
+    worst_body = body;
+  };
+  for (int i = 0; i < system_.body_count(); ++i) {
+    add(i, 6 * i, 3);
+    add(i, 6 * i + 3, 3);
+  }
+  for (int f = 0; f < system_.flexible_count(); ++f) {
+    add(system_.flexible_body(f), system_.modal_velocity(f), system_.flexible(f).modes());
   }
   return largest;
 }

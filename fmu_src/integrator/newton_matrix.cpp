@@ -41,25 +41,37 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
       if (a.body == b.body) shared_.push_back({a.joint, a.side, b.joint, b.side, a.body});
     }
   }
+  const auto& modal = system.pattern().modal_incidences;
+  for (const auto& [joint, body, side] : system.pattern().incidences) {
+    const int flexible = system.flexible_index(body);
+    if (flexible < 0) continue;
+    int incidence = -1;
+    for (std::size_t k = 0; k < modal.size(); ++k) {
+      if (modal[k].joint == joint && modal[k].side == side) incidence = static_cast<int>(k);
+    }
+    flexible_joints_.push_back({joint, side, flexible, incidence});
+  }
+  S_ = system.make_evaluation().modal_C;
 }
 
 template <int N>
-bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, const StepScales& step,
+bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                              const BodyTangents<N>& tangents, Factorization& f) {
   const bool stabilized = formulation_ == Formulation::stabilized_index2;
   const double kappa = step.scale * step.beta_prime;
   const double damping = step.scale * step.gamma_prime;
   const double inverse_gamma_prime = 1 / step.gamma_prime;
-  const int bodies = system_.body_count();
+  const BlockPattern& pattern = system_.pattern();
 
   lu_.clear(f);
-  const auto& pairs = system_.pattern().body_pairs;
+  const auto& pairs = pattern.body_pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {  // (kappa M + scale gamma' C) U + kappa M E + scale K
     const auto [i, j] = pairs[p];
     Matrix6d S = damping * e.C[p];
     if (i == j) {
       S.diagonal().head<3>().array() += kappa * system_.body(i).mass;
       S.bottomRightCorner<3, 3>() += kappa * system_.body(i).J;
+      if (system_.flexible_index(i) >= 0) S += kappa * e.flexible[system_.flexible_index(i)].M;
     }
     if (stabilized && i == j) {  // D P^-1
       D_[i] = S;
@@ -71,7 +83,13 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
     block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
     block.template rightCols<N>() =
         S.template rightCols<N>() * tangents.U[j] + step.scale * e.K[p].template rightCols<N>();
-    if (N == 6 && i == j) block.template topRightCorner<3, N>() += kappa * system_.body(i).mass * tangents.E[i];
+    if (N == 6 && i == j) {
+      block.template topRightCorner<3, N>() += kappa * system_.body(i).mass * tangents.E[i];
+      if (system_.flexible_index(i) >= 0) {
+        block.template rightCols<N>() +=
+            kappa * e.flexible[system_.flexible_index(i)].M.template leftCols<3>() * tangents.E[i];
+      }
+    }
   }
 
   for (const auto& [joint, body, side] : system_.pattern().incidences) {
@@ -79,8 +97,8 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
     const JointRows& Z = e.joints[joint].Z[side];
     const int m = static_cast<int>(B.rows()), values = m * kVelocitiesPerBody;
     const int columns = stabilized ? 2 * m : m;
-    double* column = lu_.block(f, body, bodies + joint).data();
-    double* row = lu_.block(f, bodies + joint, body).data();
+    double* column = lu_.block(f, body, pattern.joint_node(joint)).data();
+    double* row = lu_.block(f, pattern.joint_node(joint), body).data();
     write_transposed(B, column, columns, 0);
     if (formulation_ != Formulation::index2) row = std::copy_n(B.data(), values, row);
     if (formulation_ == Formulation::index3) continue;
@@ -96,7 +114,7 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
     add_product<N>(B, tangents.U[body] - BodyTangents<N>::Block::Identity(), row);
 
     // D P^-1 B_n^T. The damping between two bodies is left out: mu is as small as the truncation error.
-    const JointRows& Bn = B_n[joint].B[side];
+    const JointRows& Bn = start.joints[joint].B[side];
     const Matrix6d& D = D_[body];
     for (int r = 0; r < m; ++r) {
       Vector6d product = D.col(0) * Bn(r, 0);
@@ -111,9 +129,10 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
       if (!tangents.identity_P) {
         BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[body]).eval();
       }
-      const JointRows& Bn = B_n[joint2].B[side2];
+      const JointRows& Bn = start.joints[joint2].B[side2];
       const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
-      double* out = lu_.block(f, bodies + joint1, bodies + joint2).data() + rows * 2 * columns + columns;
+      double* out =
+          lu_.block(f, pattern.joint_node(joint1), pattern.joint_node(joint2)).data() + rows * 2 * columns + columns;
       for (int r = 0; r < rows; ++r, out += 2 * columns) {
         const double* a = BP.data() + r * kVelocitiesPerBody;
         for (int c = 0; c < columns; ++c) {
@@ -123,12 +142,80 @@ bool NewtonMatrix::factorize(const Evaluation& e, const std::vector<JointEvaluat
       }
     }
   }
+  if (system_.flexible_count() > 0) write_modes(e, start, step, tangents, f);
   return lu_.factorize(f);
 }
 
-template bool NewtonMatrix::factorize(const Evaluation&, const std::vector<JointEvaluation>&, const StepScales&,
-                                      const BodyTangents<3>&, Factorization&);
-template bool NewtonMatrix::factorize(const Evaluation&, const std::vector<JointEvaluation>&, const StepScales&,
-                                      const BodyTangents<6>&, Factorization&);
+// All blocks with modes, and what modes add to those of frames and joints.
+template <int N>
+void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                               const BodyTangents<N>& tangents, Factorization& f) {
+  const bool stabilized = formulation_ == Formulation::stabilized_index2;
+  const double kappa = step.scale * step.beta_prime;
+  const BlockPattern& pattern = system_.pattern();
+  const int bodies = system_.body_count();
+  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
+    const auto [i, j] = pattern.modal_pairs[p];
+    MatrixXd& S = S_[p];
+    S = step.scale * step.gamma_prime * e.modal_C[p];
+    const bool inertia = p < e.modal_M.size();
+    if (inertia) S += kappa * e.modal_M[p];
+    auto block = lu_.block(f, i, j);
+    block = S + step.scale * e.modal_K[p];
+    if (j >= bodies) continue;
+    block.template rightCols<N>() +=
+        S.template rightCols<N>().lazyProduct(tangents.U[j] - BodyTangents<N>::Block::Identity());
+    if (N == 6 && inertia) {
+      block.template rightCols<N>() += kappa * e.modal_M[p].template leftCols<3>().lazyProduct(tangents.E[j]);
+    }
+  }
+  for (const auto& [joint, side, flexible, incidence] : flexible_joints_) {
+    if (incidence < 0 && !stabilized) continue;
+    const int node = pattern.modal_node(flexible), m = system_.joint(joint).equations();
+    auto column = lu_.block(f, node, pattern.joint_node(joint));
+    auto row = lu_.block(f, pattern.joint_node(joint), node);
+    column.setZero();
+    row.setZero();
+    if (incidence >= 0) {
+      const ModalRows& rows = e.modal_joints[incidence];
+      column.leftCols(m) = rows.B.transpose();
+      if (formulation_ == Formulation::index2) {
+        row = rows.B + rows.Z / step.gamma_prime;
+      } else {
+        row.topRows(m) = rows.B;
+      }
+      if (stabilized) row.bottomRows(m) = rows.Z / step.gamma_prime;
+    }
+    if (!stabilized) continue;
+    // D P^-1 B_n^T: S_ holds (frame, modes), (modes, frame) and (modes, modes) of each flexible body, in this order.
+    const int body = system_.flexible_body(flexible);
+    const MatrixXd *from_modes = &S_[3 * flexible], *to_modes = from_modes + 1, *among_modes = from_modes + 2;
+    const JointRows& Bn = start.joints[joint].B[side];
+    for (int r = 0; r < m; ++r) {
+      Vector6d PB = Bn.row(r).transpose();
+      if (!tangents.identity_P) PB.template tail<N>() = (tangents.P_inverse[body] * PB.template tail<N>()).eval();
+      column.col(m + r) += to_modes->lazyProduct(PB);
+    }
+    if (incidence < 0) continue;
+    const MatrixXd& Bn_modal = start.modal_joints[incidence].B;
+    column.rightCols(m) += among_modes->lazyProduct(Bn_modal.transpose());
+    lu_.block(f, body, pattern.joint_node(joint)).rightCols(m) += from_modes->lazyProduct(Bn_modal.transpose());
+  }
+  if (!stabilized) return;
+  const auto& incidences = pattern.modal_incidences;
+  for (std::size_t k = 0; k < incidences.size(); ++k) {  // += B B_n^T
+    for (std::size_t l = 0; l < incidences.size(); ++l) {
+      if (incidences[k].body != incidences[l].body) continue;
+      auto block = lu_.block(f, pattern.joint_node(incidences[k].joint), pattern.joint_node(incidences[l].joint));
+      const MatrixXd &B = e.modal_joints[k].B, &Bn = start.modal_joints[l].B;
+      block.bottomRightCorner(B.rows(), Bn.rows()) += B.lazyProduct(Bn.transpose());
+    }
+  }
+}
+
+template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<3>&,
+                                      Factorization&);
+template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<6>&,
+                                      Factorization&);
 
 }  // namespace sigmafmu

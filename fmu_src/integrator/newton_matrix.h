@@ -10,8 +10,9 @@
 //   Phi        [ B                                                 0     0            ]
 //   Phi'/gamma'[ Z/gamma' + B U                                    0     B P^-1 B_n^T ]
 //
-// which are Eqs. (67) and (D.2), scaled; in the stabilized form the second row is subtracted from the third, so that
-// only small terms couple mu to the motion. Index 2 has the third row in place of the second.
+// (U = P = I, E = 0 for modal coordinates), which are Eqs. (67) and (D.2), scaled; in the stabilized form the second
+// row is subtracted from the third, so that only small terms couple mu to the motion. Index 2 has the third row in
+// place of the second.
 #pragma once
 
 #include "integrator/block_lu.h"
@@ -46,14 +47,13 @@ class NewtonMatrix {
   NewtonMatrix(const System& system, Formulation formulation);
 
   Factorization make_factorization() const { return lu_.make_factorization(); }
-  // `e` holds C, K, B, Z at the iterate, `B_n` the constraint gradients at the start of the step.
+  // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
   template <int N>
-  [[nodiscard]] bool factorize(const Evaluation& e, const std::vector<JointEvaluation>& B_n, const StepScales& step,
+  [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                                const BodyTangents<N>& tangents, Factorization& f);
-  // Offsets into the vector of unknowns.
+  // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_.size(); }
-  int body_offset(int body) const { return lu_.offset(body); }
-  int lambda_offset(int joint) const { return lu_.offset(system_.body_count() + joint); }
+  int lambda_offset(int joint) const { return lu_.offset(system_.pattern().joint_node(joint)); }
   int mu_offset(int joint) const { return lambda_offset(joint) + system_.joint(joint).equations(); }
   void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
 
@@ -61,11 +61,21 @@ class NewtonMatrix {
   struct SharedBody {
     int joint1, side1, joint2, side2, body;
   };
+  // A joint on side `side` of a flexible body, and which of the modal incidences it is (-1: not at a node).
+  struct FlexibleJoint {
+    int joint, side, flexible, incidence;
+  };
+  template <int N>
+  void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                   const BodyTangents<N>& tangents, Factorization& f);
+
   const System& system_;
   std::vector<Matrix6d> D_;  // D P^-1 of each body
   Formulation formulation_;
   BlockLU lu_;
   std::vector<SharedBody> shared_;  // all pairs of joints that meet at a body, a joint with itself included
+  std::vector<FlexibleJoint> flexible_joints_;
+  std::vector<MatrixXd> S_;  // kappa M + scale gamma' C of each block with modes
 };
 
 }  // namespace sigmafmu

@@ -14,9 +14,9 @@
 //             of a gyroscope; what differs is nutation or the answer to a moment that turns with the body,
 //   resolved  h W sqrt(sigma*) is small: sigma* comes from an expansion in h W.
 //
-// Bodies with joints keep integrator.sigma: in index 3 a sigma that changes makes the multipliers oscillate, and in the
-// other forms the best one depends on the motion. So does every body in the incremental form, and on other groups or
-// coordinate maps than R^3 x SO(3) with exp, for which it is derived.
+// Flexible bodies and bodies with joints keep integrator.sigma: in index 3 a sigma that changes makes the multipliers
+// oscillate, and in the other forms the best one depends on the motion. So does every body in the incremental form, and
+// on other groups or coordinate maps than R^3 x SO(3) with exp, for which it is derived.
 #pragma once
 
 #include <Eigen/Eigenvalues>
@@ -37,6 +37,7 @@ class SpinSigma {
         settings.is(Corrector::residual) && settings.is(LieGroup::r3xso3) && settings.is(CoordinateMap::exponential);
     std::vector<bool> qualified(system.body_count(), derived);
     for (const auto& incidence : system.pattern().incidences) qualified[incidence.body] = false;
+    for (int f = 0; f < system.flexible_count(); ++f) qualified[system.flexible_body(f)] = false;
     const AlphaParameters alpha(settings.spectral_radius);
     for (int i = 0; i < system.body_count(); ++i) bodies_.push_back(principal(system.body(i).J, alpha, qualified[i]));
   }

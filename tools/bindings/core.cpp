@@ -221,7 +221,6 @@ struct PySimulation {
         integrator(make_integrator(system, mechanism.integrator)),
         state(integrator->make_state()),
         input(system.input_size()) {
-    if (system.flexible_count() > 0) throw std::invalid_argument("the integrator does not move flexible bodies yet");
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
   }
