@@ -10,7 +10,7 @@ Mechanism FlexiblePendulum() {
       "Flexible pendulum: a beam that bends in two planes, held at its end by a spherical joint, under gravity";
   m.stop_time = 2.0;
   m.communication_step = 1e-3;
-  m.integrator.step_size = 5e-4;
+  m.integrator.step_size = 1e-4;
   m.multibody.gravity = {0, 0, -9.81};
 
   RigidBodyDef beam;  // along x, its frame at the held end

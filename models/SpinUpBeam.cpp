@@ -10,7 +10,7 @@ Mechanism SpinUpBeam() {
   m.description = "Flexible cantilever on a hub that the motor of a revolute joint spins up";
   m.stop_time = 30.0;
   m.communication_step = 1e-2;
-  m.integrator.step_size = 1e-2;
+  m.integrator.step_size = 5e-3;
 
   RigidBodyDef hub;
   hub.name = "hub";

@@ -107,7 +107,7 @@ MECHANISMS = {
         stations={**stations("beam"), "tip": 3},
         gravity=GRAVITY,
         stop_time=2.0,
-        step_size=5e-4,
+        step_size=1e-4,
     ),
     "FlexibleSliderCrank": Mechanism(
         bodies=(
@@ -143,7 +143,7 @@ MECHANISMS = {
         joints={"hubPivot": "revolute", "clamp": "fixed"},
         stations={**stations("beam"), "tip": -1},
         stop_time=30.0,
-        step_size=1e-2,
+        step_size=5e-3,
     ),
 }
 
