@@ -9,7 +9,7 @@ namespace sigmafmu {
 ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSettings& settings)
     : Integrator(system, settings),
       sigma_(system.body_count(), settings.is(Method::generalized_alpha) ? settings.sigma : 1.0),
-      stabilized_(settings.is(Formulation::stabilized_index2)),
+      stabilized_(settings.is(Formulation::stabilized_index2) && system.constraint_size() > 0),
       transported_(settings.is(Method::generalized_alpha)),
       matrix_(system, static_cast<Formulation>(settings.formulation)),
       v_(coordinates_->mixed() ? V_ : own_v_),

@@ -188,8 +188,8 @@ def slider_crank(axes: Axes | None, flexible: bool = False) -> Scene:
         "rod": (b if flexible else (b + c) / 2, rotation),
         "slider": (c, np.eye(3)),
     }
-    for centre, rotation in centres.values():
-        scene.frame(centre, 0.045, rotation)
+    for centre, axes_of_body in centres.values():
+        scene.frame(centre, 0.045, axes_of_body)
     scene.add(turning_arrow(a - 0.088 * ex, ex, 0.026, 0.0018, 150, 380), RED)
     note(a - 0.088 * ex, r"crankPivot.angle $\theta$", (-40, 34), color=RED)
     scene.add(arrow((0.235, 0, -0.037), (0.285, 0, -0.037), 0.0018), RED)
@@ -198,8 +198,8 @@ def slider_crank(axes: Axes | None, flexible: bool = False) -> Scene:
     note((0.27, 0, 0.13), "gravity", (28, 0))
     note((a + b) / 2 + vec(0, 0, 0.022), "crank\n0.08 m", (-70, 26), leader=True)
     if flexible:
-        note(along(0.72), "rod, 0.3 m\n(bending exaggerated)", (84, 30), leader=True)
-        note(along(0.5), "middle", (30, 22), leader=True, color=RED)
+        note(along(0.72), "rod, 0.3 m\n(bending exaggerated)", (-100, -14), leader=True)
+        note(along(0.5), "middle", (52, 14), leader=True, color=RED)
     else:
         note(b + 0.5 * (c - b), "rod\n0.3 m", (54, 34), leader=True)
     note(c + vec(0.0, -0.017, -0.04), "slider", (-4, -40), leader=True)
@@ -235,8 +235,8 @@ def flexible_pendulum(axes: Axes | None) -> Scene:
     )
     scene.add(ball(pivot, 0.035), DARK)
     _, history = read_reference(ROOT / "tests" / "references" / "FlexiblePendulum.csv")
-    row = 15  # 0.15 s
-    z = [history[f"beam.modal[{i}]"][row] for i in (1, 2, 3, 4)]
+    row, times = 7, 5  # 0.07 s; the bending is drawn five times as large
+    z = [times * history[f"beam.modal[{i}]"][row] for i in (1, 2, 3, 4)]
     quaternion = np.array([history[f"beam.quaternion[{i}]"][row] for i in (1, 2, 3, 4)])
     rotation = matrix(quaternion)
 
@@ -253,19 +253,19 @@ def flexible_pendulum(axes: Axes | None) -> Scene:
     scene.add(ball(tip, 0.03), RED)
     if axes is None:
         return scene
-    path = np.column_stack([history[f"tip.position[{i}]"] for i in (1, 2, 3)])[: row + 1]
-    scene.add(tube(path, 0.005), ORANGE)
+    scene.add(tube(np.array([pivot, rotation @ vec(0.5, 0, 0), rotation @ vec(1, 0, 0)]), 0.004), DARK)
     scene.frame(pivot, 0.28)
     note.frame("W", 0.28 * np.eye(3), pivot)
-    scene.frame(pivot, 0.55, rotation)
-    note.frame("B", pivot + 0.55 * rotation.T, pivot, (8, 6), (0, 0), (-10, 8))
+    scene.frame(pivot, 0.28, rotation)
+    note.frame("B", pivot + 0.28 * rotation.T, pivot, (8, 6), (0, 0), (-10, 8))
     scene.add(arrow((-0.2, 0, 0.45), (-0.2, 0, 0.2), 0.008), DARK)
     note((-0.2, 0, 0.33), "gravity", (-26, 0))
     note(pivot, "pivot\nspherical joint\nat the origin of W", (-70, -50), leader=True)
     note((0.75, 0, 0), "beam at t = 0", (30, -34), leader=True)
-    note(rotation @ (bent(0.6) + vec(0.6, 0, 0)), "beam.station1 … 4", (60, 20), leader=True, color="#b26f1c")
+    note(rotation @ (bent(0.6) + vec(0.6, 0, 0)), "beam.station1 … 4", (10, 44), leader=True, color="#b26f1c")
     note(tip, "tip", (16, 14), color=RED)
-    note(0.5 * (tip + rotation @ vec(0.7, 0, 0)), "beam after 0.15 s", (-60, 60), leader=True)
+    after = rotation @ (bent(0.3) + vec(0.3, 0, 0.02))
+    note(after, "beam after 0.07 s\n(bending 5 times as large)", (24, 76), leader=True)
     return scene
 
 

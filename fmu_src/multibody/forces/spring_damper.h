@@ -20,7 +20,8 @@ struct SpringDamper {
 
   void evaluate(const BodyKinematics& k1, const BodyKinematics& k2, SpringDamperEvaluation& e) const {
     e.phi = points.gap(k1, k2);
-    points.gradient(k1, k2, 0, e.B[0], e.B[1]);
+    points.gradient_1(k1, 0, e.B[0]);
+    points.gradient_2(k2, 0, e.B[1]);
     e.phidot = k2.v_WB + e.B[1].rightCols<3>() * k2.w_WB_B - k1.v_WB + e.B[0].rightCols<3>() * k1.w_WB_B;
   }
   // Without the actuator [N].
@@ -32,9 +33,11 @@ struct SpringDamper {
   // K_ij += B_i^T (K B_j + D Z_j) - d(B_i^T f)/d(motion) at constant f, C_ij += B_i^T D B_j.
   void linearize(const BodyKinematics& k1, const BodyKinematics& k2, const Vector3d& total_force,
                  SpringDamperEvaluation& e, const PairBlocks& K, const PairBlocks& C) const {
-    points.rate(k1, k2, 0, e.Z[0], e.Z[1]);
+    points.rate_1(k1, 0, e.Z[0]);
+    points.rate_2(k2, 0, e.Z[1]);
     points.stiffness(k1, k2, -total_force, K);
     for (int j = 0; j < 2; ++j) {
+      if (!K.block[j][j]) continue;  // the ground
       const Eigen::Matrix<double, 3, 6> DB = damping.asDiagonal() * e.B[j];
       const Eigen::Matrix<double, 3, 6> KB = stiffness.asDiagonal() * e.B[j];
       const Eigen::Matrix<double, 3, 6> DZ = damping.asDiagonal() * e.Z[j];

@@ -67,7 +67,9 @@ void Joint::constraint(const BodyKinematics& k1, const BodyKinematics& k2, Joint
   int row = 0;
   if (has_coincidence_) {
     e.phi.segment<3>(row) = origins_.gap(k1, k2);
-    origins_.gradient(k1, k2, row, e.B[0], e.B[1]);
+    // On the ground's side it is a constant that nothing reads.
+    if (body1_ != kGround) origins_.gradient_1(k1, row, e.B[0]);
+    origins_.gradient_2(k2, row, e.B[1]);
     row += 3;
   }
   for (const auto& d : distances_) {
@@ -92,7 +94,8 @@ void Joint::constraint(const BodyKinematics& k1, const BodyKinematics& k2, Joint
 void Joint::rate(const BodyKinematics& k1, const BodyKinematics& k2, JointEvaluation& e) const {
   int row = 0;
   if (has_coincidence_) {
-    origins_.rate(k1, k2, row, e.Z[0], e.Z[1]);
+    if (body1_ != kGround) origins_.rate_1(k1, row, e.Z[0]);
+    origins_.rate_2(k2, row, e.Z[1]);
     row += 3;
   }
   for (const auto& d : distances_) d.rate(k1, k2, row++, e.Z[0], e.Z[1]);

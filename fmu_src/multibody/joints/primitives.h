@@ -20,16 +20,20 @@ struct PointCoincidence {
     return b2.p_WB + b2.R_WB * s2 - b1.p_WB - b1.R_WB * s1;
   }
   // B_2 = [I, -R_2 hat(s_2)], B_1 = [-I, R_1 hat(s_1)].
-  void gradient(const BodyKinematics& b1, const BodyKinematics& b2, int row, JointRows& B1, JointRows& B2) const {
+  void gradient_1(const BodyKinematics& b1, int row, JointRows& B1) const {
     B1.block<3, 3>(row, 0) = -Matrix3d::Identity();
     B1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(s1);
+  }
+  void gradient_2(const BodyKinematics& b2, int row, JointRows& B2) const {
     B2.block<3, 3>(row, 0) = Matrix3d::Identity();
     B2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(-s2);
   }
   // Z_2 = [0, -R_2 hat(w_2 x s_2)], Z_1 = [0, R_1 hat(w_1 x s_1)].
-  void rate(const BodyKinematics& b1, const BodyKinematics& b2, int row, JointRows& Z1, JointRows& Z2) const {
+  void rate_1(const BodyKinematics& b1, int row, JointRows& Z1) const {
     Z1.block<3, 3>(row, 0).setZero();
     Z1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(b1.w_WB_B.cross(s1));
+  }
+  void rate_2(const BodyKinematics& b2, int row, JointRows& Z2) const {
     Z2.block<3, 3>(row, 0).setZero();
     Z2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(s2.cross(b2.w_WB_B));
   }
