@@ -198,7 +198,7 @@ def slider_crank(axes: Axes | None, flexible: bool = False) -> Scene:
     note((0.27, 0, 0.13), "gravity", (28, 0))
     note((a + b) / 2 + vec(0, 0, 0.022), "crank\n0.08 m", (-70, 26), leader=True)
     if flexible:
-        note(along(0.72), "rod, 0.3 m\n(bending exaggerated)", (-100, -14), leader=True)
+        note(along(0.28), "rod, 0.3 m\n(bending exaggerated)", (96, -2), leader=True)
         note(along(0.5), "middle", (52, 14), leader=True, color=RED)
     else:
         note(b + 0.5 * (c - b), "rod\n0.3 m", (54, 34), leader=True)
