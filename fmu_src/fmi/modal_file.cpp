@@ -159,6 +159,17 @@ void load(Mechanism& mechanism, const ModalFileDef& definition, const std::files
   }
 }
 
+// FMI's strings are UTF-8; bytes that are not are shown as replacement characters.
+std::string utf8(const std::string& text) {
+  try {
+    Json(text).dump();
+    return text;
+  } catch (const Json::exception&) {
+    const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+    return quoted.substr(1, quoted.size() - 2);
+  }
+}
+
 std::string decode_percent(const std::string& text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -183,7 +194,7 @@ void load_modal_files(Mechanism& mechanism, const std::string& folder) {
     try {
       load(mechanism, definition, path);
     } catch (const std::exception& e) {
-      fail(path.u8string(), ": ", e.what());
+      fail(utf8(path.u8string()), ": ", e.what());
     }
   }
 }
@@ -192,7 +203,7 @@ std::string folder_of_uri(const std::string& uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string::npos || colon == 1) return uri;  // a path, perhaps one that starts with a drive
   if (!starts_with(uri, "file:")) {
-    fail("The resource location is ", uri, "; it must be a file URI, as file:///folder.");
+    fail("The resource location is ", utf8(uri), "; it must be a file URI, as file:///folder.");
   }
   std::string path = uri.substr(colon + 1);
   if (starts_with(path, "//localhost/")) path.erase(0, 11);

@@ -377,7 +377,9 @@ def test_limits_tell_what_is_allowed(root):
     }
     assert limits["integrator.spectralRadius"] == ("0", "1")
     assert limits["integrator.stepSize"] == ("0", None)
-    not_negative = re.compile(r".*\.(mass|inertia\.(xx|yy|zz)|(stiffness|damping)\[[123]\])")
+    not_negative = re.compile(
+        r".*\.(mass|inertia\.(xx|yy|zz)|(stiffness|damping)\[[123]\]|massDamping|stiffnessDamping)"
+    )
     names = [v.get("name") for v, _ in scalars(root) if not_negative.fullmatch(v.get("name"))]
     assert names
     assert {limits.get(name) for name in names} == {("0", None)}

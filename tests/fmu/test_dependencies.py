@@ -18,6 +18,8 @@ from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, rea
 
 LARGE = 1e9  # N or N m: responses exceed all other accelerations and reactions by orders of magnitude
 ROUNDING = 1e4 * EPS  # of a response, against the largest of its kind: the equations' condition times a few digits
+# Of a torque on the slender beam about its axis the joints take up 1 - 2e-7: the rounding of what they leave is larger.
+CANCELLATION = {"SpinUpBeam": 1e3}
 CERTAIN = 1e-6  # a dependency is beyond doubt above this fraction of the largest response of its kind
 
 
@@ -89,14 +91,26 @@ def slopes_of_differences(instance: Instance, outputs: list[str]) -> np.ndarray:
 
 
 def largest_of_kind(fmu: Fmu, outputs: list[str], slopes: np.ndarray) -> np.ndarray:
-    """For every slope the largest |slope| among outputs of its unit and inputs of its unit."""
+    """For every slope the largest |slope| among outputs of its unit and inputs of its unit.
+
+    Unless these are nothing but rounding of all slopes that compare with them, for example accelerations due to forces
+    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and linear
+    of angular accelerations.
+    """
     rows, columns = (np.array([fmu.variables[name].unit for name in names]) for names in (outputs, inputs(fmu)))
     scale = np.zeros_like(slopes)
     for row in set(rows):
         for column in set(columns):
             block = np.ix_(rows == row, columns == column)
             scale[block] = np.abs(slopes[block]).max()
-    return scale
+    length = float(fmu.variables[f"{bodies(fmu)[0]}.position[1]"].declaredType.nominal or 1.0)
+    factors = np.outer(
+        [{"rad/s2": length, "N.m": 1 / length}.get(u, 1.0) for u in rows],
+        [{"N.m": length}.get(u, 1.0) for u in columns],
+    )
+    comparable = np.array([{"rad/s2": "m/s2", "N.m": "N"}.get(u, u) for u in rows])
+    largest = np.array([(factors * np.abs(slopes))[comparable == u].max() for u in comparable])[:, None] / factors
+    return np.where(scale < CERTAIN**1.5 * largest, largest, scale)
 
 
 def declared_dependencies(fmu: Fmu) -> dict[str, set[str]]:
@@ -149,10 +163,11 @@ def test_directional_derivatives_are_those_of_differences(new, model):
         slopes = slopes_of_differences(point, outputs)
         scale = largest_of_kind(fmu, outputs, slopes)
         single = np.array([point.directional_derivatives(outputs, {name: 1.0}) for name in names]).T
-        assert (np.abs(single - slopes) <= ROUNDING * scale).all()
+        rounding = ROUNDING * CANCELLATION.get(model, 1.0)
+        assert (np.abs(single - slopes) <= rounding * scale).all()
         direction = dict(zip(names, rng.uniform(-1, 1, len(names)), strict=True))
         combined = point.directional_derivatives(outputs, direction)
-        assert (np.abs(combined - single @ list(direction.values())) <= ROUNDING * scale.sum(axis=1)).all()
+        assert (np.abs(combined - single @ list(direction.values())) <= rounding * scale.sum(axis=1)).all()
         assert (point.directional_derivatives(outputs, {}) == 0.0).all()
 
 
@@ -177,8 +192,12 @@ def test_directional_derivatives_exist_during_initialization_and_after_the_end(n
 
 
 def fastest_rotation(instance: Instance) -> float:
-    """Largest angular velocity, rad/s, at least 1: the time scale of the motion."""
-    return max(1.0, *(np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)))
+    """Largest angular velocity, rad/s, at least 1: the time scale of the motion; vibrations of flexible bodies count."""
+    rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
+    for path in (instance.fmu.directory / "resources").glob("*.json"):
+        held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
+        rates.append(1.5 * 2 * np.pi * held)
+    return max(1.0, *rates)
 
 
 def derivative_and_difference(
@@ -217,10 +236,13 @@ def test_output_derivatives_are_those_of_the_motion(new, model, moving):
     sizes = largest_by_unit(fmu, derivative)
     errors = [largest_by_unit(fmu, difference - derivative) for difference in (coarse, fine)]
     extrapolated = largest_by_unit(fmu, (4 * fine - coarse) / 3 - derivative)
-    assert any(sizes.values())
+    largest = max(sizes.values())
+    if largest == 0.0:
+        assert not moving
+        pytest.skip("at rest")
     for unit, size in sizes.items():
-        if size == 0.0:
-            assert errors[0][unit] == 0.0, unit
+        if size <= 1e-12 * largest:  # rounding of accelerations that joints prevent
+            assert errors[0][unit] <= 1e-9 * largest, unit
             continue
         assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
         assert extrapolated[unit] <= 1e-6 * size, unit  # (delta · rotation)⁴ = 1.6e-7, times a small factor

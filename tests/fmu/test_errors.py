@@ -481,7 +481,7 @@ def instantiate(new, model):
             "name": b"it",
             "kind": 1,
             "guid": instance.fmu.description.guid.encode(),
-            "resources": b"",
+            "resources": (instance.fmu.directory / "resources").as_uri().encode(),
         } | arguments
         functions = None if recorder is None else ctypes.byref(recorder.functions)
         names = ("name", "kind", "guid", "resources")
@@ -541,8 +541,15 @@ RESOURCES = {
 
 
 @pytest.mark.parametrize("resources", RESOURCES.values(), ids=RESOURCES)
-def test_resource_location_does_not_matter(instantiate, resources):
-    assert instantiate(Recorder(), resources=resources)
+def test_resource_location_matters_only_where_there_are_resources(fmu, model, instantiate, resources):
+    recorder = Recorder()
+    component = instantiate(recorder, resources=resources)
+    if not (fmu(model).directory / "resources").exists():
+        assert component
+        return
+    assert component is None
+    assert [call[2:4] for call in recorder.calls] == [(ERROR, b"logStatusError")]
+    assert ".json" in recorder.text
 
 
 def test_folder_with_spaces_and_umlauts(fmu, model, tmp_path):
