@@ -1,5 +1,5 @@
-# Finds Eigen, tinyxml2, the FMI headers and (for the Python module) nanobind: installed ones, or those of the Python
-# packages cmeel-eigen, cmeel-tinyxml2, fmpy and nanobind. The private environment .venv is looked at first.
+# Finds Eigen, nlohmann-json, tinyxml2, the FMI headers and (for the Python module) nanobind: installed ones, or those of
+# the Python packages cmeel-eigen, nlohmann-json, cmeel-tinyxml2, fmpy and nanobind. The private environment .venv is looked at first.
 
 if(NOT DEFINED Python_ROOT_DIR AND NOT DEFINED ENV{VIRTUAL_ENV} AND EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/.venv/bin/python
    AND NOT DEFINED Python_EXECUTABLE)
@@ -20,16 +20,18 @@ def where(name):
     s = u.find_spec(name)
     return p.Path(s.origin).parent if s and s.origin else None
 paths = [p.Path(x) / 'cmeel.prefix' for x in sys.path]
-fmpy, nanobind = where('fmpy'), where('nanobind')
+fmpy, nanobind, json = where('fmpy'), where('nanobind'), where('nlohmann_json')
 print(';'.join(str(x) for x in paths if x.is_dir()))
 print(fmpy / 'c-code' if fmpy else '')
-print(nanobind / 'cmake' if nanobind else '')"
+print(nanobind / 'cmake' if nanobind else '')
+print(json / 'include' if json else '')"
   OUTPUT_VARIABLE SIGMAFMU_PYTHON_DIRS OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE ";" "|" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS}")
-string(REPLACE "\n" ";" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS};;")
+string(REPLACE "\n" ";" SIGMAFMU_PYTHON_DIRS "${SIGMAFMU_PYTHON_DIRS};;;")
 list(GET SIGMAFMU_PYTHON_DIRS 0 CMEEL_PREFIXES)
 list(GET SIGMAFMU_PYTHON_DIRS 1 FMPY_HEADERS)
 list(GET SIGMAFMU_PYTHON_DIRS 2 NANOBIND_CMAKE)
+list(GET SIGMAFMU_PYTHON_DIRS 3 JSON_HEADERS)
 string(REPLACE "|" ";" CMEEL_PREFIXES "${CMEEL_PREFIXES}")
 list(APPEND CMAKE_PREFIX_PATH ${CMEEL_PREFIXES})
 
@@ -38,6 +40,11 @@ set(SIGMAFMU_HINT "`make setup` installs it into .venv; or see \"Building\" in R
 find_package(Eigen3 3.4 NO_MODULE QUIET)
 if(NOT Eigen3_FOUND)
   message(FATAL_ERROR "Eigen 3.4 was not found. ${SIGMAFMU_HINT}")
+endif()
+
+find_path(NLOHMANN_JSON_INCLUDE_DIR nlohmann/json.hpp HINTS ${JSON_HEADERS} DOC "Folder that holds nlohmann/json.hpp")
+if(NOT NLOHMANN_JSON_INCLUDE_DIR)
+  message(FATAL_ERROR "nlohmann/json.hpp was not found; set NLOHMANN_JSON_INCLUDE_DIR. ${SIGMAFMU_HINT}")
 endif()
 
 find_package(tinyxml2 QUIET)

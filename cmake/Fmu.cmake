@@ -2,11 +2,13 @@
 #   write_model_description -> modelDescription.xml without GUID -> GUID = hash of it -> binary that knows it -> zip.
 
 add_library(sigmafmu_slave STATIC
+  fmu_src/fmi/modal_file.cpp
   fmu_src/fmi/slave.cpp
   fmu_src/fmi/snapshot.cpp
   fmu_src/fmi/units.cpp
   fmu_src/fmi/variables.cpp)
 target_link_libraries(sigmafmu_slave PUBLIC sigmafmu_core)
+target_include_directories(sigmafmu_slave SYSTEM PRIVATE ${NLOHMANN_JSON_INCLUDE_DIR})
 
 add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unload.cpp)
 target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
@@ -18,7 +20,8 @@ target_compile_definitions(write_model_description PRIVATE SIGMAFMU_VERSION="${P
 
 # Where include paths start; the folder `sources` of an FMU holds what is included from here.
 get_target_property(eigen_dir Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
-set(SIGMAFMU_SOURCE_ROOTS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src ${CMAKE_CURRENT_SOURCE_DIR} ${eigen_dir} ${FMI2_INCLUDE_DIR})
+set(SIGMAFMU_SOURCE_ROOTS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src ${CMAKE_CURRENT_SOURCE_DIR} ${eigen_dir} ${FMI2_INCLUDE_DIR}
+    ${NLOHMANN_JSON_INCLUDE_DIR})
 
 # All C++ files of an FMU but the mechanism's own.
 set(SIGMAFMU_BINARY_SOURCES)
@@ -41,15 +44,17 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   set(work ${CMAKE_CURRENT_BINARY_DIR}/fmu/${model})
   set(tree ${work}/tree)
   file(MAKE_DIRECTORY ${tree}/binaries/${FMI2_PLATFORM})
+  set(resources ${CMAKE_CURRENT_SOURCE_DIR}/models/resources/${model})
+  file(GLOB resource_files CONFIGURE_DEPENDS ${resources}/*)
 
   add_custom_command(
     OUTPUT ${work}/model.cpp ${tree}/modelDescription.xml
-    COMMAND write_model_description ${model} ${work}/modelDescription.xml
+    COMMAND write_model_description ${model} ${work}/modelDescription.xml ${resources}
             models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES}
     COMMAND ${CMAKE_COMMAND} -D MODEL=${model} -D BLANK=${work}/modelDescription.xml
             -D XML=${tree}/modelDescription.xml -D SOURCE=${work}/model.cpp
             -P ${CMAKE_CURRENT_SOURCE_DIR}/cmake/WriteGuid.cmake
-    DEPENDS write_model_description cmake/WriteGuid.cmake
+    DEPENDS write_model_description cmake/WriteGuid.cmake ${resource_files}
     COMMENT "Writing modelDescription.xml of ${model}"
     VERBATIM)
 
@@ -76,13 +81,25 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     COMMENT "Writing the documentation of ${model}"
     VERBATIM)
 
+  set(copied)
+  foreach(file IN LISTS resource_files)
+    cmake_path(GET file FILENAME name)
+    add_custom_command(
+      OUTPUT ${tree}/resources/${name}
+      COMMAND ${CMAKE_COMMAND} -E copy ${file} ${tree}/resources/${name}
+      DEPENDS ${file}
+      COMMENT "Copying the modal data of ${model}"
+      VERBATIM)
+    list(APPEND copied ${tree}/resources/${name})
+  endforeach()
+
   set(fmu ${SIGMAFMU_FMU_DIR}/${model}.fmu)
   add_custom_command(
     OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
     WORKING_DIRECTORY ${tree}
     DEPENDS ${model} ${tree}/modelDescription.xml ${tree}/sources/buildDescription.xml
-            ${tree}/documentation/index.html
+            ${tree}/documentation/index.html ${copied}
     COMMENT "Packing ${model}.fmu"
     VERBATIM)
   list(APPEND SIGMAFMU_FMUS ${fmu})

@@ -9,6 +9,21 @@
 #include "fmi/slave.h"
 
 namespace sigmafmu {
+namespace {
+
+// What makes derivatives of outputs by inputs comparable: with a length torques become forces and angular accelerations
+// linear ones.
+struct Comparable {
+  double length;
+
+  static std::string unit(const std::string& unit) { return unit == "rad/s2" ? "m/s2" : unit == "N.m" ? "N" : unit; }
+  double factor(const std::string& output, const std::string& input) const {
+    const double of_output = output == "rad/s2" ? length : output == "N.m" ? 1 / length : 1;
+    return of_output * (input == "N.m" ? length : 1);
+  }
+};
+
+}  // namespace
 
 std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   constexpr int kPoints = 3;
@@ -17,10 +32,19 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const auto random = [&] { return 2.0 * (generator() / 4294967295.0) - 1.0; };
 
   for (RigidBodyDef& body : mechanism.multibody.bodies) {
+    if (body.modal) {  // a body without symmetry, and modes that couple every direction
+      ModalDef& modal = *body.modal;
+      const double size = modal.nodes.cwiseAbs().maxCoeff(), shape = modal.shapes.cwiseAbs().maxCoeff();
+      for (double& x : modal.nodes.reshaped()) x += 0.1 * size * random();
+      for (double& x : modal.shapes.reshaped()) x += 0.1 * shape * random();
+      continue;
+    }
     const double trace = body.inertia.sum();
     body.inertia.array() += 0.2 * trace;
     for (double& product : body.inertia_products) product = 0.05 * trace * (1.5 + random());
   }
+  const double length = scales(mechanism.multibody).length;
+  const Comparable comparable{length > 0 ? length : 1.0};
   Slave slave(mechanism, "", [](Slave::Report, const std::string&) {});
   const auto& variables = slave.variables();
   std::vector<unsigned> inputs, outputs;
@@ -40,20 +64,26 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
     if (!slave.do_step(slave.time(), H)) throw std::runtime_error(slave.message());
 
     // Rounding is measured against the largest derivative of the same kind: an input that the joints take up entirely
-    // leaves nothing but rounding in all accelerations.
+    // leaves nothing but rounding in all accelerations. A kind may consist of rounding alone, which is told from all
+    // derivatives that compare with it.
     std::map<std::pair<std::string, std::string>, double> largest;  // by units of output and input
+    std::map<std::string, double> largest_of_all;                   // by comparable unit of output
     std::vector<std::vector<double>> derivative(inputs.size(), std::vector<double>(outputs.size()));
     for (std::size_t j = 0; j < inputs.size(); ++j) {
       const double direction = 1.0;
       slave.directional_derivative(outputs.data(), outputs.size(), &inputs[j], 1, &direction, derivative[j].data());
       for (std::size_t i = 0; i < outputs.size(); ++i) {
-        double& x = largest[{variables[outputs[i]].unit, variables[inputs[j]].unit}];
+        const char *output = variables[outputs[i]].unit, *input = variables[inputs[j]].unit;
+        double &x = largest[{output, input}], &y = largest_of_all[Comparable::unit(output)];
         x = std::max(x, std::abs(derivative[j][i]));
+        y = std::max(y, comparable.factor(output, input) * std::abs(derivative[j][i]));
       }
     }
     for (std::size_t j = 0; j < inputs.size(); ++j) {
       for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const double x = largest[{variables[outputs[i]].unit, variables[inputs[j]].unit}];
+        const char *output = variables[outputs[i]].unit, *input = variables[inputs[j]].unit;
+        const double x = largest[{output, input}], y = largest_of_all[Comparable::unit(output)];
+        if (comparable.factor(output, input) * x <= kSignificant * y) continue;
         if (std::abs(derivative[j][i]) > kSignificant * x) depends[outputs[i]][inputs[j]] = true;
       }
     }

@@ -9,7 +9,7 @@ namespace sigmafmu {
 
 // result[i][j]: whether variable i (an output) depends on variable j (an input), by index into the variable table.
 // Holds for every value of the parameters and every reachable state: the mechanism is probed with full inertia
-// matrices at points of a motion driven by arbitrary inputs.
+// matrices and modes without symmetry at points of a motion driven by arbitrary inputs.
 std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism);
 
 }  // namespace sigmafmu

@@ -1,5 +1,6 @@
-// write_model_description MODEL FILE SOURCE...: writes modelDescription.xml of a mechanism, with an empty GUID. The
-// SOURCEs are the files to compile, as they are named in the FMU's folder `sources`.
+// write_model_description MODEL FILE RESOURCES SOURCE...: writes modelDescription.xml of a mechanism, with an empty
+// GUID. Its modal data are in the folder RESOURCES. The SOURCEs are the files to compile, as they are named in the
+// FMU's folder `sources`.
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <string>
 
 #include "dependencies.h"
+#include "fmi/modal_file.h"
 #include "fmi/variables.h"
 #include "integrator/input_signal.h"
 #include "mechanisms.h"
@@ -204,13 +206,14 @@ void write(const Mechanism& mechanism, const char* file, const std::vector<const
 
 int main(int argc, char** argv) {
   try {
-    for (const Mechanism& mechanism : mechanisms()) {
-      if (argc > 3 && mechanism.name == argv[1]) {
-        write(mechanism, argv[2], {argv + 3, argv + argc});
+    for (Mechanism& mechanism : mechanisms()) {
+      if (argc > 4 && mechanism.name == argv[1]) {
+        load_modal_files(mechanism, argv[3]);
+        write(mechanism, argv[2], {argv + 4, argv + argc});
         return 0;
       }
     }
-    std::fprintf(stderr, "usage: write_model_description MODEL FILE SOURCE..., with a MODEL of models/\n");
+    std::fprintf(stderr, "usage: write_model_description MODEL FILE RESOURCES SOURCE..., with a MODEL of models/\n");
   } catch (const std::exception& e) {
     std::fprintf(stderr, "write_model_description: %s\n", e.what());
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "fmi/modal_file.h"
 #include "fmi/model.h"
 #include "fmi/slave.h"
 
@@ -49,11 +50,12 @@ struct Component {
   bool logs_events;
   Slave slave;
 
-  Component(const char* instance_name, const fmi2CallbackFunctions& functions, bool logging)
+  Component(const char* instance_name, sigmafmu::Mechanism mechanism, const fmi2CallbackFunctions& functions,
+            bool logging)
       : instance(instance_name),
         callbacks(functions),
         logs_events(logging),
-        slave(sigmafmu::make_mechanism(), sigmafmu::kGuid, [this](Slave::Report report, const std::string& text) {
+        slave(std::move(mechanism), sigmafmu::kGuid, [this](Slave::Report report, const std::string& text) {
           if (report == Slave::Report::warning) {
             log(fmi2Warning, kWarning, text);
           } else if (logs_events) {
@@ -125,6 +127,18 @@ fmi2Status no_status(fmi2Component c, const char* function) {
   });
 }
 
+// The mechanism with its modal data. Only mechanisms that have such files look at the resource location.
+sigmafmu::Mechanism load_mechanism(fmi2String resources) {
+  sigmafmu::Mechanism mechanism = sigmafmu::make_mechanism();
+  if (mechanism.modal_files.empty()) return mechanism;
+  if (!resources || !*resources) {
+    throw sigmafmu::Refused("The resource location is missing; this FMU reads " + mechanism.modal_files[0].file +
+                            " from there.");
+  }
+  sigmafmu::load_modal_files(mechanism, sigmafmu::folder_of_uri(resources));
+  return mechanism;
+}
+
 }  // namespace
 
 extern "C" {
@@ -132,7 +146,7 @@ extern "C" {
 const char* fmi2GetTypesPlatform() { return fmi2TypesPlatform; }
 const char* fmi2GetVersion() { return fmi2Version; }
 
-fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String guid, fmi2String,
+fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean logging) {
   if (!functions) return nullptr;
   const auto fail = [&](const std::string& text) -> fmi2Component {
@@ -147,7 +161,7 @@ fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String gui
     return fail(std::string("The GUID does not fit; it must be ") + sigmafmu::kGuid + ".");
   }
   try {
-    return new Component(instance, *functions, logging != fmi2False);
+    return new Component(instance, load_mechanism(resources), *functions, logging != fmi2False);
   } catch (const std::exception& e) {
     return fail(e.what());
   }

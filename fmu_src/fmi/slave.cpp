@@ -129,7 +129,7 @@ const Variable& Slave::variable(unsigned reference) const {
 
 View Slave::view() const {
   const State& s = data_.state;
-  return {engine_->system, s, s.q, s.v, outputs_.evaluation, outputs_.vdot, outputs_.lambda};
+  return {mechanism_, engine_->system, s, s.q, s.v, outputs_.evaluation, outputs_.vdot, outputs_.lambda};
 }
 
 void Slave::accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
@@ -270,7 +270,7 @@ void Slave::get_output_derivatives(const unsigned* references, std::size_t count
     data_.input.value(s.time + sign * step, u);
     if (accelerations) accelerations_or_discard(q, v, u, vdot, lambda);
     system.evaluate(q, v, e);
-    const View displaced{system, s, q, v, e, vdot, lambda};
+    const View displaced{mechanism_, system, s, q, v, e, vdot, lambda};
     for (std::size_t i = 0; i < count; ++i) {
       const Variable& variable = variables_[references[i]];
       values[i] += sign * variable.output(displaced, variable.object, variable.component) / (2 * step);
@@ -304,7 +304,7 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   std::fill_n(derivative, output_count, 0.0);
   for (double sign : {-1.0, 1.0}) {
     accelerations_or_discard(s.q, rest, sign * du, vdot, lambda);
-    const View probed{system, s, s.q, rest, e, vdot, lambda};
+    const View probed{mechanism_, system, s, s.q, rest, e, vdot, lambda};
     for (std::size_t i = 0; i < output_count; ++i) {
       const Variable& v = variables_[outputs[i]];
       if (v.needs_accelerations) derivative[i] += 0.5 * sign * v.output(probed, v.object, v.component);

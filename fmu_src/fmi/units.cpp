@@ -10,6 +10,7 @@ const std::vector<Unit>& units() {
       // name, kg, m, s, rad
       {"1", 0, 0, 0, 0, {}},
       {"s", 0, 0, 1, 0, {{"ms", 1e3}, {"us", 1e6}}},
+      {"1/s", 0, 0, -1, 0, {}},
       {"kg", 1, 0, 0, 0, {}},
       {"kg.m2", 1, 2, 0, 0, {}},
       {"m", 0, 1, 0, 0, {{"mm", 1e3}, {"um", 1e6}}},
@@ -31,8 +32,9 @@ Scales scales(const MultibodyDef& definition) {
   Scales s;
   double mass = 0;
   for (const RigidBodyDef& b : definition.bodies) {
-    mass += b.mass;
+    mass += sigmafmu::mass(b);
     s.length = std::max(s.length, b.initial_position.norm());
+    if (b.modal) s.length = std::max(s.length, b.modal->nodes.rowwise().norm().maxCoeff());
     s.velocity = std::max(s.velocity, b.initial_velocity.norm());
     s.angular_velocity = std::max(s.angular_velocity, b.initial_angular_velocity.norm());
   }
@@ -56,6 +58,8 @@ const std::vector<RealType>& real_types() {
       {"Position", "Length", "m", nullptr, -inf, inf, &S::length},
       {"Displacement", "Length", "m", "mm", -inf, inf, &S::length},
       {"Velocity", "Velocity", "m/s", nullptr, -inf, inf, &S::velocity},
+      {"Deflection", "Length", "m", "mm", -inf, inf, nullptr},
+      {"DeflectionRate", "Velocity", "m/s", "mm/s", -inf, inf, nullptr},
       {"Acceleration", "Acceleration", "m/s2", nullptr, -inf, inf, nullptr},
       {"Quaternion", "Dimensionless", "1", nullptr, -inf, inf, nullptr},
       {"Angle", "Angle", "rad", "deg", -inf, inf, nullptr},
@@ -69,6 +73,8 @@ const std::vector<RealType>& real_types() {
       {"Energy", "Energy", "J", nullptr, -inf, inf, nullptr},
       {"Stiffness", "TranslationalSpringConstant", "N/m", nullptr, 0, inf, nullptr},
       {"Damping", "TranslationalDampingConstant", "N.s/m", nullptr, 0, inf, nullptr},
+      {"MassDamping", "DampingCoefficient", "1/s", nullptr, 0, inf, nullptr},
+      {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},
       {"Tolerance", "Dimensionless", "1", nullptr, 0, inf, nullptr},
       {"Fraction", "Dimensionless", "1", nullptr, 0, 1, nullptr},

@@ -10,8 +10,6 @@ namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
 
-const BodyKinematics& side(const View& view, int body) { return view.system.kinematics(view.evaluation, body); }
-
 Vector3d rotation_vector(const View& view, int body) {
   return lie::log(lie::quaternion(view.q.data() + kPositionsPerBody * body));
 }
@@ -23,21 +21,52 @@ double rotation_vector_rate(const View& view, int body, int i) {
 }
 
 Joint::Reaction reaction(const View& view, int j) {
-  const Joint& joint = view.system.joint(j);
-  return joint.reaction(side(view, joint.body2()), view.evaluation.joints[j],
-                        view.lambda.data() + view.system.lambda_index(j));
+  return view.system.reaction(view.evaluation, j, view.lambda.data() + view.system.lambda_index(j));
 }
 
 double joint_coordinate(const View& view, int j, int) {
   const Joint& joint = view.system.joint(j);
-  const double x = joint.coordinate(side(view, joint.body1()), side(view, joint.body2()));
+  const double x =
+      joint.coordinate(view.system.attachment(view.evaluation, j, 0), view.system.attachment(view.evaluation, j, 1));
   if (joint.type() != JointType::revolute) return x;
   return x + kTwoPi * std::round((view.state.angle[j] - x) / kTwoPi);  // the state counts turns
 }
 
 double joint_rate(const View& view, int j, int) {
   const Joint& joint = view.system.joint(j);
-  return joint.coordinate_rate(side(view, joint.body1()), side(view, joint.body2()));
+  return joint.coordinate_rate(view.system.attachment(view.evaluation, j, 0),
+                               view.system.attachment(view.evaluation, j, 1));
+}
+
+int modal_position(const View& view, int body) { return view.system.modal_position(view.system.flexible_index(body)); }
+
+int modal_velocity(const View& view, int body) { return view.system.modal_velocity(view.system.flexible_index(body)); }
+
+// A point that moves and turns with a node of a flexible body, given by its place as seen from the undeformed node.
+Vector3d point_at_node(const View& view, int body, int node, const Vector3d& point) {
+  const int f = view.system.flexible_index(body);
+  const Vector3d turn = view.system.flexible(f).rotation(node).lazyProduct(view.evaluation.flexible[f].zeta);
+  return view.system.node_position(view.evaluation, body, node) +
+         view.system.kinematics(view.evaluation, body).R_WB * (lie::exp(turn) * point);
+}
+
+double station_position(const View& view, int s, int i) {
+  const StationDef& station = view.mechanism.stations[s];
+  double sum = 0;
+  for (int node : station.nodes) sum += view.system.node_position(view.evaluation, station.body, node)[i];
+  return sum / static_cast<double>(station.nodes.size());
+}
+
+double station_deflection(const View& view, int s, int i) {
+  const StationDef& station = view.mechanism.stations[s];
+  const int f = view.system.flexible_index(station.body);
+  const VectorXd& zeta = view.evaluation.flexible[f].zeta;
+  double sum = 0;
+  for (int node : station.nodes) {
+    const Vector3d displacement = view.system.flexible(f).shape(node).lazyProduct(zeta);
+    sum += station.deflection_axes[i].dot(displacement);
+  }
+  return sum / static_cast<double>(station.nodes.size());
 }
 
 template <typename Type>
@@ -60,6 +89,7 @@ class Table {
     for (int i = 0; i < system_.body_count(); ++i) body(i, d.bodies[i].name);
     for (int j = 0; j < system_.joint_count(); ++j) joint(j, d.joints[j].name);
     for (int s = 0; s < system_.spring_damper_count(); ++s) spring_damper(s, d.spring_dampers[s].name);
+    for (std::size_t s = 0; s < mechanism_.stations.size(); ++s) station(static_cast<int>(s), mechanism_.stations[s]);
     for (std::size_t l = 0; l < d.loads.size(); ++l) load(static_cast<int>(l), d.loads[l]);
     global();
     integrator();
@@ -129,8 +159,11 @@ class Table {
   }
 
   void body(int b, const std::string& n);
+  void inertia(int b, const std::string& n);
+  void modal(int b, const std::string& n, const ModalDef& d);
   void joint(int j, const std::string& n);
   void spring_damper(int s, const std::string& n);
+  void station(int s, const StationDef& d);
   void load(int l, const LoadDef& d);
   void global();
   void integrator();
@@ -142,26 +175,50 @@ class Table {
 
 void Table::body(int b, const std::string& n) {
   using V = const View&;
-  outputs(b, n + ".position", 3, "Position", "Position of the centre of mass in W",
+  const auto& definition = mechanism_.multibody.bodies[b];
+  const std::string origin = definition.modal ? "the frame's origin" : "the centre of mass";
+  outputs(b, n + ".position", 3, "Position", "Position of " + origin + " in W",
           [](V v, int o, int i) { return v.q[7 * o + i]; });
   outputs(b, n + ".quaternion", 4, "Quaternion", "Orientation R_WB as unit quaternion (w, x, y, z)",
           [](V v, int o, int i) { return v.q[7 * o + 3 + i]; });
   outputs(
       b, n + ".rotationVector", 3, "Angle", "Orientation R_WB as rotation vector, at most pi long",
       [](V v, int o, int i) { return rotation_vector(v, o)[i]; }, false, rotation_vector_rate);
-  outputs(b, n + ".velocity", 3, "Velocity", "Velocity of the centre of mass in W",
+  outputs(b, n + ".velocity", 3, "Velocity", "Velocity of " + origin + " in W",
           [](V v, int o, int i) { return v.v[6 * o + i]; });
   outputs(b, n + ".angularVelocity", 3, "AngularVelocity", "Angular velocity in body axes",
           [](V v, int o, int i) { return v.v[6 * o + 3 + i]; });
   outputs(
-      b, n + ".acceleration", 3, "Acceleration", "Acceleration of the centre of mass in W",
+      b, n + ".acceleration", 3, "Acceleration", "Acceleration of " + origin + " in W",
       [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
   outputs(
       b, n + ".angularAcceleration", 3, "AngularAcceleration", "Angular acceleration in body axes",
       [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
-  inputs(system_.force_index(b), n + ".force", "Force", "Force applied at the centre of mass, in W");
+  inputs(system_.force_index(b), n + ".force", "Force", "Force applied at " + origin + ", in W");
   inputs(system_.force_index(b) + 3, n + ".torque", "Torque", "Torque applied, in body axes");
 
+  constexpr auto fixed = Variability::fixed;
+  if (definition.modal) {
+    modal(b, n, *definition.modal);
+  } else {
+    inertia(b, n);
+  }
+  const std::string projected = ", before projection onto the constraints";
+  parameters(
+      b, n + ".initialPosition", 3, "Position", "Initial position in W" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
+  parameters(
+      b, n + ".initialQuaternion", 4, "Quaternion", "Initial orientation R_WB (w, x, y, z), normalized" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
+  parameters(
+      b, n + ".initialVelocity", 3, "Velocity", "Initial velocity in W" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
+  parameters(
+      b, n + ".initialAngularVelocity", 3, "AngularVelocity", "Initial angular velocity in body axes" + projected,
+      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
+}
+
+void Table::inertia(int b, const std::string& n) {
   constexpr auto fixed = Variability::fixed;
   Variable& mass = parameter(
       b, n + ".mass", "Mass", "Mass", [](Mechanism& m, int o, int) -> double& { return m.multibody.bodies[o].mass; },
@@ -183,19 +240,30 @@ void Table::body(int b, const std::string& n) {
         [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
         .component = i;
   }
-  const std::string projected = ", before projection onto the constraints";
+}
+
+void Table::modal(int b, const std::string& n, const ModalDef& d) {
+  using V = const View&;
+  using M = Mechanism&;
+  constexpr auto fixed = Variability::fixed, tunable = Variability::tunable;
+  const int modes = d.mode_count();
+  outputs(b, n + ".modal", modes, "Deflection", "Modal coordinate",
+          [](V v, int o, int i) { return v.q[modal_position(v, o) + i]; });
+  outputs(b, n + ".modalRate", modes, "DeflectionRate", "Rate of the modal coordinate",
+          [](V v, int o, int i) { return v.v[modal_velocity(v, o) + i]; });
   parameters(
-      b, n + ".initialPosition", 3, "Position", "Initial position in W" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
+      b, n + ".initialModal", modes, "Deflection", "Initial modal coordinate, before projection onto the constraints",
+      [](M m, int o, int c) -> double& { return m.multibody.bodies[o].modal->initial_coordinates[c]; }, fixed);
   parameters(
-      b, n + ".initialQuaternion", 4, "Quaternion", "Initial orientation R_WB (w, x, y, z), normalized" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
-  parameters(
-      b, n + ".initialVelocity", 3, "Velocity", "Initial velocity in W" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
-  parameters(
-      b, n + ".initialAngularVelocity", 3, "AngularVelocity", "Initial angular velocity in body axes" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
+      b, n + ".initialModalRate", modes, "DeflectionRate",
+      "Initial rate of the modal coordinate, before projection onto the constraints",
+      [](M m, int o, int c) -> double& { return m.multibody.bodies[o].modal->initial_rates[c]; }, fixed);
+  parameter(
+      b, n + ".massDamping", "MassDamping", "Rayleigh damping: this times the modal mass matrix",
+      [](M m, int o, int) -> double& { return m.multibody.bodies[o].modal->mass_damping; }, tunable);
+  parameter(
+      b, n + ".stiffnessDamping", "StiffnessDamping", "Rayleigh damping: this times the modal stiffness matrix",
+      [](M m, int o, int) -> double& { return m.multibody.bodies[o].modal->stiffness_damping; }, tunable);
 }
 
 void Table::joint(int j, const std::string& n) {
@@ -226,7 +294,9 @@ void Table::spring_damper(int s, const std::string& n) {
   outputs(s, n + ".position", 3, "Displacement", "Attachment point on the second body, in W",
           [](const View& v, int o, int i) {
             const SpringDamper& spring = v.system.spring_damper(o);
-            const BodyKinematics& k = side(v, spring.body2);
+            const int node = v.mechanism.multibody.spring_dampers[o].node2;
+            if (node != kFloatingFrame) return point_at_node(v, spring.body2, node, spring.points.s2)[i];
+            const BodyKinematics& k = v.system.kinematics(v.evaluation, spring.body2);
             return (k.p_WB + k.R_WB * spring.points.s2)[i];
           });
   outputs(
@@ -242,6 +312,17 @@ void Table::spring_damper(int s, const std::string& n) {
       s, n + ".damping", 3, "Damping", "Damping along the axes of W",
       [](Mechanism& m, int o, int c) -> double& { return m.multibody.spring_dampers[o].damping[c]; },
       Variability::tunable);
+}
+
+void Table::station(int s, const StationDef& d) {
+  outputs(s, d.name + ".position", 3, "Displacement", "Position in W: " + d.description, station_position);
+  const int axes = static_cast<int>(d.deflection_axes.size());
+  const std::string deflection = "Displacement by deformation, in body axes: " + d.description;
+  if (axes == 1) {
+    output_scalar(s, d.name + ".deflection", "Deflection", deflection, station_deflection);
+  } else {
+    outputs(s, d.name + ".deflection", axes, "Deflection", deflection, station_deflection);
+  }
 }
 
 void Table::load(int l, const LoadDef& d) {
@@ -260,7 +341,10 @@ void Table::global() {
       [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
   output_scalar(0, "energy.kinetic", "Energy", "Kinetic energy of all bodies",
                 [](V v, int, int) { return v.system.kinetic_energy(v.evaluation); });
-  output_scalar(0, "energy.potential", "Energy", "Potential energy of gravity (zero at the origin of W) and springs",
+  output_scalar(0, "energy.potential", "Energy",
+                system_.flexible_count() > 0
+                    ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
+                    : "Potential energy of gravity (zero at the origin of W) and springs",
                 [](V v, int, int) { return v.system.potential_energy(v.evaluation); });
   output_scalar(0, "energy.total", "Energy", "Kinetic and potential energy", [](V v, int, int) {
     return v.system.kinetic_energy(v.evaluation) + v.system.potential_energy(v.evaluation);

@@ -27,7 +27,7 @@ const std::vector<Unit>& units();
 
 // Sizes that the definition of a mechanism tells, for nominal values; 0 where it tells nothing.
 struct Scales {
-  double length = 0;            // farthest body, joint or attachment point [m]
+  double length = 0;            // farthest body, node, joint or attachment point [m]
   double velocity = 0;          // fastest body at the start [m/s]
   double angular_velocity = 0;  // at the start [rad/s]
   double force = 0;             // weight of all bodies [N]
@@ -59,6 +59,7 @@ const std::vector<Enumeration>& enumerations();
 
 // What outputs are computed from: one consistent point (q, v, u) and all that follows from it.
 struct View {
+  const Mechanism& mechanism;
   const System& system;
   const State& state;
   const VectorXd& q;

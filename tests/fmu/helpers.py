@@ -74,7 +74,19 @@ def parameters(fmu: Fmu, variability: str) -> list[ModelVariable]:
 
 
 def bodies(fmu: Fmu) -> list[str]:
-    return [name.removesuffix(".mass") for name in fmu.variables if name.endswith(".mass")]
+    return owners(fmu, ".initialQuaternion[1]")
+
+
+def rigid_bodies(fmu: Fmu) -> list[str]:
+    return owners(fmu, ".mass")
+
+
+def flexible_bodies(fmu: Fmu) -> list[str]:
+    return owners(fmu, ".modal[1]")
+
+
+def owners(fmu: Fmu, variable: str) -> list[str]:
+    return [name.removesuffix(variable) for name in fmu.variables if name.endswith(variable)]
 
 
 class Instance:

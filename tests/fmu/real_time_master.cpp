@@ -1,6 +1,6 @@
 // A master that counts heap allocations and locks inside the functions of an FMU, and forbids system calls in its loop:
 //
-//   real_time_master LIBRARY GUID H STEPS INPUT,... OUTPUT,... [VR=INTEGER ...]
+//   real_time_master LIBRARY GUID RESOURCES H STEPS INPUT,... OUTPUT,... [VR=INTEGER ...]
 //
 // takes STEPS communication steps of H, with all inputs (value references) set to something else before each and all
 // outputs read after it, once the integers VR have been set. Prints a line `name allocations` for every function and
@@ -105,12 +105,12 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 }  // extern "C"
 
 int main(int argc, char** argv) {
-  if (argc < 7) return 2;
+  if (argc < 8) return 2;
   void* library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
   if (!library) return std::fprintf(stderr, "%s\n", dlerror()), 2;
-  const double H = std::atof(argv[3]);
-  const int steps = std::atoi(argv[4]);
-  const std::vector<unsigned> inputs = numbers(argv[5]), outputs = numbers(argv[6]);
+  const double H = std::atof(argv[4]);
+  const int steps = std::atoi(argv[5]);
+  const std::vector<unsigned> inputs = numbers(argv[6]), outputs = numbers(argv[7]);
   std::vector<double> input_values(inputs.size()), output_values(outputs.size());
   const std::vector<int> orders(inputs.size(), 1);
 
@@ -127,10 +127,10 @@ int main(int argc, char** argv) {
   fmi2Component c = nullptr;
   long instantiating = 0, stepping = 0, setting = 0, getting = 0;
   counted(instantiating, "fmi2Instantiate", [&] {
-    c = instantiate("counted", fmi2CoSimulation, argv[2], "", &callbacks, fmi2False, fmi2False);
+    c = instantiate("counted", fmi2CoSimulation, argv[2], argv[3], &callbacks, fmi2False, fmi2False);
     return c ? fmi2OK : fmi2Error;
   });
-  for (int i = 7; i < argc; ++i) {
+  for (int i = 8; i < argc; ++i) {
     unsigned reference = 0;
     int value = 0;
     if (std::sscanf(argv[i], "%u=%d", &reference, &value) != 2) return 2;

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from sigmafmu.reference import CRANK, GRAVITY, ROD, SLIDER, TOP, Body, Rotor
+from sigmafmu.reference.clouds import PENDULUM_ANGULAR_VELOCITY, SpinUp
 
 from .helpers import (
     ABSOLUTE_COORDINATES,
@@ -37,6 +38,7 @@ from .helpers import (
 JOINT_COORDINATE = {
     "spherical": {},
     "universal": {},
+    "fixed": {},
     "revolute": {
         "angle": ("output", "rad"),
         "angularRate": ("output", "rad/s"),
@@ -57,17 +59,37 @@ class Spring:
 
 
 @dataclass(frozen=True)
+class Flexible:
+    """A flexible body; initial values are those of its frame."""
+
+    name: str
+    modes: int
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in W
+
+
+@dataclass(frozen=True)
 class Mechanism:
-    bodies: tuple[Body, ...]
+    bodies: tuple[Body | Flexible, ...]
     joints: dict[str, str] = field(default_factory=dict)  # name: type
     springs: dict[str, Spring] = field(default_factory=dict)
     loads: dict[str, np.ndarray] = field(default_factory=dict)  # name: torque in W
+    stations: dict[str, int] = field(default_factory=dict)  # name: components of the deflection, -1: a scalar
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     stop_time: float = 1.0  # s
     step_size: float = 1e-3  # s, internal
 
 
 _rotor = Rotor()
+_spin_up = SpinUp()
+
+
+def stations(body: str) -> dict[str, int]:
+    return {f"{body}.station{i}": 0 for i in (1, 2, 3, 4)}
+
+
 MECHANISMS = {
     "HeavyTop": Mechanism(
         bodies=(TOP,), joints={"pivot": "spherical"}, gravity=GRAVITY, stop_time=2.0, step_size=2.5e-4
@@ -89,12 +111,57 @@ MECHANISMS = {
         stop_time=5.0,
         step_size=1e-4,
     ),
+    "FlexiblePendulum": Mechanism(
+        bodies=(Flexible("beam", 4, angular_velocity=PENDULUM_ANGULAR_VELOCITY),),
+        joints={"pivot": "spherical"},
+        stations={**stations("beam"), "tip": 3},
+        gravity=GRAVITY,
+        stop_time=2.0,
+        step_size=1e-4,
+    ),
+    "FlexibleSliderCrank": Mechanism(
+        bodies=(
+            CRANK,
+            Flexible(
+                "rod",
+                4,
+                position=np.array([0, 0.1, 0.2]),  # B
+                rotation=ROD.rotation,
+                velocity=np.array([0, -0.48, 0]),
+                angular_velocity=ROD.angular_velocity,
+            ),
+            SLIDER,
+        ),
+        joints={"crankPivot": "revolute", "crankPin": "spherical", "wristPin": "universal", "guide": "prismatic"},
+        stations={**stations("rod"), "middle": 3},
+        gravity=GRAVITY,
+        stop_time=2.0,
+        step_size=1e-4,
+    ),
+    "SpinUpBeam": Mechanism(
+        bodies=(
+            Body(
+                "hub",
+                100.0,
+                (500.0, 500.0, _spin_up.hub_inertia),
+                position=np.zeros(3),
+                velocity=np.zeros(3),
+                angular_velocity=np.zeros(3),
+            ),
+            Flexible("beam", _spin_up.modes),
+        ),
+        joints={"hubPivot": "revolute", "clamp": "fixed"},
+        stations={**stations("beam"), "tip": -1},
+        stop_time=30.0,
+        step_size=5e-3,
+    ),
 }
 
 # SI exponents (kg, m, s, rad) of every unit that the contract uses.
 UNITS = {
     "1": (0, 0, 0, 0),
     "s": (0, 0, 1, 0),
+    "1/s": (0, 0, -1, 0),
     "kg": (1, 0, 0, 0),
     "kg.m2": (1, 2, 0, 0),
     "m": (0, 1, 0, 0),
@@ -178,11 +245,19 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         axis = np.array([rotation[(i + 2) % 3, (i + 1) % 3] - rotation[(i + 1) % 3, (i + 2) % 3] for i in range(3)])
         turned = not np.array_equal(rotation, np.eye(3))
         rounding = 4 * EPS if turned else 0.0
-        add(f"{b}.mass", 0, "parameter", "kg", "fixed", body.mass)
-        for i, moment in enumerate(("xx", "yy", "zz")):
-            add(f"{b}.inertia.{moment}", 0, "parameter", "kg.m2", "fixed", body.inertia[i])
-        for product in ("xy", "xz", "yz"):
-            add(f"{b}.inertia.{product}", 0, "parameter", "kg.m2", "fixed", 0.0)
+        if isinstance(body, Flexible):
+            add(f"{b}.modal", body.modes, "output", "m")
+            add(f"{b}.modalRate", body.modes, "output", "m/s")
+            add(f"{b}.initialModal", body.modes, "parameter", "m", "fixed", 0.0)
+            add(f"{b}.initialModalRate", body.modes, "parameter", "m/s", "fixed", 0.0)
+            add(f"{b}.massDamping", 0, "parameter", "1/s", "tunable", 0.0)
+            add(f"{b}.stiffnessDamping", 0, "parameter", "s", "tunable", 0.0)
+        else:
+            add(f"{b}.mass", 0, "parameter", "kg", "fixed", body.mass)
+            for i, moment in enumerate(("xx", "yy", "zz")):
+                add(f"{b}.inertia.{moment}", 0, "parameter", "kg.m2", "fixed", body.inertia[i])
+            for product in ("xy", "xz", "yz"):
+                add(f"{b}.inertia.{product}", 0, "parameter", "kg.m2", "fixed", 0.0)
         add(f"{b}.initialPosition", 3, "parameter", "m", "fixed", body.position)
         add(f"{b}.initialQuaternion", 4, "parameter", "1", "fixed", np.array([w, *(axis / (4 * w))]), rounding)
         add(f"{b}.initialVelocity", 3, "parameter", "m/s", "fixed", body.velocity)
@@ -200,6 +275,10 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         add(f"{spring}.position", 3, "output", "m")
         add(f"{spring}.force", 3, "output", "N")
         add(f"{spring}.actuatorForce", 3, "input", "N", start=0.0)
+    for station, axes in mechanism.stations.items():
+        add(f"{station}.position", 3, "output", "m")
+        if axes:
+            add(f"{station}.deflection", max(axes, 0), "output", "m")
     for load, torque in mechanism.loads.items():
         add(f"{load}.force", 3, "parameter", "N", "tunable", 0.0)
         add(f"{load}.torque", 3, "parameter", "N.m", "tunable", torque, EPS * np.abs(torque).max())
@@ -312,7 +391,9 @@ def test_limits_tell_what_is_allowed(root):
     }
     assert limits["integrator.spectralRadius"] == ("0", "1")
     assert limits["integrator.stepSize"] == ("0", None)
-    not_negative = re.compile(r".*\.(mass|inertia\.(xx|yy|zz)|(stiffness|damping)\[[123]\])")
+    not_negative = re.compile(
+        r".*\.(mass|inertia\.(xx|yy|zz)|(stiffness|damping)\[[123]\]|massDamping|stiffnessDamping)"
+    )
     names = [v.get("name") for v, _ in scalars(root) if not_negative.fullmatch(v.get("name"))]
     assert names
     assert {limits.get(name) for name in names} == {("0", None)}

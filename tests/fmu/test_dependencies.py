@@ -4,18 +4,22 @@ Inputs act through accelerations and multipliers, which are affine in them: a di
 the inputs are set to large values, which lifts a true dependency far above the rounding of everything else.
 """
 
+import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 
 import numpy as np
 import pytest
 
 from sigmafmu.fmu import Fmu
 
-from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, real_outputs
+from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, real_outputs, rigid_bodies
 
 LARGE = 1e9  # N or N m: responses exceed all other accelerations and reactions by orders of magnitude
 ROUNDING = 1e4 * EPS  # of a response, against the largest of its kind: the equations' condition times a few digits
+# Of a torque on the slender beam about its axis the joints take up 1 - 2e-7: the rounding of what they leave is larger.
+CANCELLATION = {"SpinUpBeam": 1e3}
 CERTAIN = 1e-6  # a dependency is beyond doubt above this fraction of the largest response of its kind
 
 
@@ -23,7 +27,7 @@ def full_inertias(fmu: Fmu) -> dict[str, float]:
     """Inertia matrices without any zero, so that no dependency hides behind a symmetry."""
     rng = np.random.default_rng(5)
     settings = {}
-    for body in bodies(fmu):
+    for body in rigid_bodies(fmu):
         moments = np.array([float(fmu.variables[f"{body}.inertia.{m}"].start) for m in ("xx", "yy", "zz")])
         trace = moments.sum()
         for name, value in zip(("xx", "yy", "zz"), moments + 0.2 * trace, strict=True):
@@ -31,6 +35,35 @@ def full_inertias(fmu: Fmu) -> dict[str, float]:
         for name, value in zip(("xy", "xz", "yz"), rng.uniform(0.02, 0.1, 3) * trace, strict=True):
             settings[f"{body}.inertia.{name}"] = value
     return settings
+
+
+@cache
+def without_symmetry(model: str) -> Fmu:
+    """An FMU whose modal data, if it has some, are those of nodes and modes pushed aside by a tenth of their size."""
+    fmu = Fmu.of_model(model)
+    rng = np.random.default_rng(7)
+    for path in (fmu.directory / "resources").glob("*.json"):
+        data = json.loads(path.read_text())
+        for key in ("X", "Phi"):
+            values = np.array(data[key])
+            data[key] = (values + 0.1 * np.abs(values).max() * rng.uniform(-1, 1, values.shape)).tolist()
+        data.pop("frequencies")
+        path.write_text(json.dumps(data))
+    return fmu
+
+
+@pytest.fixture
+def general() -> Iterator[Callable[[str], Instance]]:
+    """As `new`, of FMUs with modal data without symmetry."""
+    made: list[Instance] = []
+
+    def make(model: str) -> Instance:
+        made.append(Instance(without_symmetry(model)))
+        return made[-1]
+
+    yield make
+    for instance in made:
+        instance.free()
 
 
 def points_of_a_motion(instance: Instance, count: int = 4) -> Iterator[Instance]:
@@ -58,22 +91,34 @@ def slopes_of_differences(instance: Instance, outputs: list[str]) -> np.ndarray:
 
 
 def largest_of_kind(fmu: Fmu, outputs: list[str], slopes: np.ndarray) -> np.ndarray:
-    """For every slope the largest |slope| among outputs of its unit and inputs of its unit."""
+    """For every slope the largest |slope| among outputs of its unit and inputs of its unit.
+
+    Unless these are nothing but rounding of all slopes that compare with them, for example accelerations due to forces
+    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and linear
+    of angular accelerations.
+    """
     rows, columns = (np.array([fmu.variables[name].unit for name in names]) for names in (outputs, inputs(fmu)))
     scale = np.zeros_like(slopes)
     for row in set(rows):
         for column in set(columns):
             block = np.ix_(rows == row, columns == column)
             scale[block] = np.abs(slopes[block]).max()
-    return scale
+    length = float(fmu.variables[f"{bodies(fmu)[0]}.position[1]"].declaredType.nominal or 1.0)
+    factors = np.outer(
+        [{"rad/s2": length, "N.m": 1 / length}.get(u, 1.0) for u in rows],
+        [{"N.m": length}.get(u, 1.0) for u in columns],
+    )
+    comparable = np.array([{"rad/s2": "m/s2", "N.m": "N"}.get(u, u) for u in rows])
+    largest = np.array([(factors * np.abs(slopes))[comparable == u].max() for u in comparable])[:, None] / factors
+    return np.where(scale < CERTAIN**1.5 * largest, largest, scale)
 
 
 def declared_dependencies(fmu: Fmu) -> dict[str, set[str]]:
     return {unknown.variable.name: {v.name for v in unknown.dependencies} for unknown in fmu.description.outputs}
 
 
-def test_declared_dependencies_are_the_true_ones(new, model):
-    instance = new(model)
+def test_declared_dependencies_are_the_true_ones(general, model):
+    instance = general(model)
     fmu = instance.fmu
     instance.start(full_inertias(fmu))
     outputs, names = real_outputs(fmu), inputs(fmu)
@@ -118,10 +163,11 @@ def test_directional_derivatives_are_those_of_differences(new, model):
         slopes = slopes_of_differences(point, outputs)
         scale = largest_of_kind(fmu, outputs, slopes)
         single = np.array([point.directional_derivatives(outputs, {name: 1.0}) for name in names]).T
-        assert (np.abs(single - slopes) <= ROUNDING * scale).all()
+        rounding = ROUNDING * CANCELLATION.get(model, 1.0)
+        assert (np.abs(single - slopes) <= rounding * scale).all()
         direction = dict(zip(names, rng.uniform(-1, 1, len(names)), strict=True))
         combined = point.directional_derivatives(outputs, direction)
-        assert (np.abs(combined - single @ list(direction.values())) <= ROUNDING * scale.sum(axis=1)).all()
+        assert (np.abs(combined - single @ list(direction.values())) <= rounding * scale.sum(axis=1)).all()
         assert (point.directional_derivatives(outputs, {}) == 0.0).all()
 
 
@@ -146,8 +192,12 @@ def test_directional_derivatives_exist_during_initialization_and_after_the_end(n
 
 
 def fastest_rotation(instance: Instance) -> float:
-    """Largest angular velocity, rad/s, at least 1: the time scale of the motion."""
-    return max(1.0, *(np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)))
+    """Largest angular velocity, rad/s, at least 1: the time scale of the motion; vibrations of flexible bodies count."""
+    rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
+    for path in (instance.fmu.directory / "resources").glob("*.json"):
+        held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
+        rates.append(1.5 * 2 * np.pi * held)
+    return max(1.0, *rates)
 
 
 def derivative_and_difference(
@@ -186,10 +236,13 @@ def test_output_derivatives_are_those_of_the_motion(new, model, moving):
     sizes = largest_by_unit(fmu, derivative)
     errors = [largest_by_unit(fmu, difference - derivative) for difference in (coarse, fine)]
     extrapolated = largest_by_unit(fmu, (4 * fine - coarse) / 3 - derivative)
-    assert any(sizes.values())
+    largest = max(sizes.values())
+    if largest == 0.0:
+        assert not moving
+        pytest.skip("at rest")
     for unit, size in sizes.items():
-        if size == 0.0:
-            assert errors[0][unit] == 0.0, unit
+        if size <= 1e-12 * largest:  # rounding of accelerations that joints prevent
+            assert errors[0][unit] <= 1e-9 * largest, unit
             continue
         assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
         assert extrapolated[unit] <= 1e-6 * size, unit  # (delta · rotation)⁴ = 1.6e-7, times a small factor

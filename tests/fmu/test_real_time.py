@@ -46,7 +46,8 @@ def count(master: Path, fmu: Fmu, settings: dict, steps: int = 1000) -> dict[str
         variable = fmu.variables[name]
         value = next(i.value for i in variable.declaredType.items if i.name == item)
         options.append(f"{variable.valueReference}={value}")
-    arguments = [str(library), fmu.description.guid, repr(2.5 * h), str(steps), *references, *options]
+    resources = (fmu.directory / "resources").as_uri()
+    arguments = [str(library), fmu.description.guid, resources, repr(2.5 * h), str(steps), *references, *options]
     result = subprocess.run([master, *arguments], capture_output=True, text=True, timeout=60)
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""

@@ -213,7 +213,9 @@ def test_reset_gives_the_first_run_again(new, model):
     """All of it is forgotten: parameters, inputs and their derivatives, states, a stop time."""
     fresh, used = new(model).start(), new(model)
     H = communication_step(fresh)
-    used.start(OTHER_SETTINGS | {v.name: 0.3 for v in parameters(used.fmu, "tunable")}, start_time=1.0, stop_time=1.1)
+    used.start(
+        OTHER_SETTINGS | {v.name: 0.3 for v in parameters(used.fmu, "tunable")}, start_time=1.0, stop_time=1.0 + 25 * H
+    )
     shake(used)
     used.steps(H, 20)
     used.set_input_derivatives(1, dict.fromkeys(inputs(used.fmu), 3.0))

@@ -32,7 +32,7 @@ static void expect_ok(fmi2Status status, const char* function) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 6) return 2;
+  if (argc != 7) return 2;
   void* library = open(argv[1]);
   if (!library) {
     std::fprintf(stderr, "cannot load %s\n", argv[1]);
@@ -47,10 +47,10 @@ int main(int argc, char** argv) {
   LOAD(fmi2GetReal);
   LOAD(fmi2Terminate);
   LOAD(fmi2FreeInstance);
-  const int steps = std::atoi(argv[3]), outputs = std::atoi(argv[5]);
-  const double H = std::atof(argv[4]);
+  const int steps = std::atoi(argv[4]), outputs = std::atoi(argv[6]);
+  const double H = std::atof(argv[5]);
   const fmi2CallbackFunctions callbacks = {logger, std::calloc, std::free, nullptr, nullptr};
-  const fmi2Component c = fmi2Instantiate("it", fmi2CoSimulation, argv[2], "", &callbacks, fmi2False, fmi2False);
+  const fmi2Component c = fmi2Instantiate("it", fmi2CoSimulation, argv[2], argv[3], &callbacks, fmi2False, fmi2False);
   if (!c) return 1;
   expect_ok(fmi2SetupExperiment(c, fmi2False, 0, 0, fmi2False, 0), "fmi2SetupExperiment");
   expect_ok(fmi2EnterInitializationMode(c), "fmi2EnterInitializationMode");

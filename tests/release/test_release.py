@@ -91,7 +91,10 @@ def poses(program: list[str | Path], library: str | Path, model: str) -> np.ndar
     """Pose of the first body after each of some default communication steps, as the program run_fmu prints it."""
     description = fmpy.read_model_description(DIST / f"{model}.fmu")
     H = description.defaultExperiment.stepSize
-    text = run(*program, library, description.guid, str(STEPS), H, str(POSE), WINEDEBUG="-all")
+    resources = (Path(library).parents[2] / "resources").as_uri()
+    if "win" in Path(library).parent.name:
+        resources = resources.replace("file:///", "file:///Z:/")  # wine's drive for /
+    text = run(*program, library, description.guid, resources, str(STEPS), H, str(POSE), WINEDEBUG="-all")
     return np.array([line.split() for line in text.splitlines()], dtype=float)
 
 

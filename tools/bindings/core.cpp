@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "fmi/modal_file.h"
 #include "fmi/variables.h"
 #include "integrator/integrator.h"
 #include "integrator/spin_sigma.h"
@@ -310,7 +311,7 @@ void set_parameter(Mechanism& mechanism, const std::string& name, double value) 
 // The real outputs of a mechanism's FMU as functions of (q, v, u).
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
-      : system((validate(m.multibody), m.multibody)), solver(system), e(system.make_evaluation()) {
+      : mechanism((validate(m.multibody), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
     state.angle.setZero(system.joint_count());
     for (const Variable& v : make_variables(m, system)) {
       if (v.output && !v.integer) variables.push_back(v);
@@ -321,7 +322,7 @@ struct PyOutputs {
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
     system.evaluate(q, v, e);
-    const View view{system, state, q, v, e, vdot, lambda};
+    const View view{mechanism, system, state, q, v, e, vdot, lambda};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));
     for (std::size_t i = 0; i < variables.size(); ++i) {
       y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
@@ -334,6 +335,7 @@ struct PyOutputs {
     return result;
   }
 
+  Mechanism mechanism;
   System system;
   ConsistentSolver solver;
   Evaluation e;
@@ -484,12 +486,15 @@ void bind_definitions(nb::module_& m) {
   m.def(
       "mechanism",
       [](const std::string& name) {
-        for (const Mechanism& mechanism : mechanisms()) {
-          if (mechanism.name == name) return mechanism;
+        for (Mechanism& mechanism : mechanisms()) {
+          if (mechanism.name != name) continue;
+          const auto package = nb::cast<std::string>(nb::str(nb::module_::import_("sigmafmu").attr("__path__")[0]));
+          load_modal_files(mechanism, package + "/resources/" + name);
+          return mechanism;
         }
         throw std::invalid_argument("unknown mechanism " + name);
       },
-      "name"_a, "A fresh copy of a mechanism from models/.");
+      "name"_a, "A fresh copy of a mechanism from models/, with the modal data of the package.");
 }
 
 }  // namespace

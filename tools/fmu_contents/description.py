@@ -6,11 +6,13 @@ from pathlib import Path
 from lxml import etree
 
 KINDS = {
+    "flexible": "modal",
     "body": "mass",
     "revolute": "motorTorque",
     "support": "stiffness",
     "prismatic": "displacement",
     "joint": "reactionForce",
+    "station": "position",
 }
 """Kind of an object → a variable that only this kind has; the first that fits counts."""
 

@@ -13,11 +13,13 @@ from reference import FOLDER, SAFETY, Experiment
 
 HERE = Path(__file__).parent
 TITLES = {
+    "flexible": "Flexible body",
     "body": "Body",
     "revolute": "Revolute joint",
     "prismatic": "Prismatic joint",
     "joint": "Joint",
     "support": "Support",
+    "station": "Point",
 }
 
 

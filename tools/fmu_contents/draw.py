@@ -142,7 +142,7 @@ def high_speed_rotor(axes: Axes | None) -> Scene:
     return scene
 
 
-def slider_crank(axes: Axes | None) -> Scene:
+def slider_crank(axes: Axes | None, flexible: bool = False) -> Scene:
     """Crank, rod and slider at the start, θ = 0."""
     scene = Scene(azimuth=-50, elevation=22)
     note = Notes(scene, axes)
@@ -156,7 +156,19 @@ def slider_crank(axes: Axes | None) -> Scene:
     scene.add(cylinder(a - 0.028 * ex, a + 0.012 * ex, 0.008), DARK)
     scene.add(box((a + b) / 2, (0.012, 0.018, 0.098), 8), ORANGE)
     scene.add(ball(b, 0.0135), DARK)
-    scene.add(cylinder(b + 0.012 * x_rod, c - 0.03 * x_rod, 0.0065), BLUE)
+    rotation = np.column_stack([x_rod, y_rod, z_rod])
+
+    def along(xi: float) -> np.ndarray:
+        """Point of the bent rod's centre line."""
+        return b + rotation @ vec(0.3 * xi, 0.008 * np.sin(2 * np.pi * xi), 0.018 * np.sin(np.pi * xi))
+
+    if flexible:
+        scene.add(tube(np.array([along(xi) for xi in np.linspace(0.04, 0.9, 40)]), 0.0065), BLUE)
+        for xi in (0.2, 0.4, 0.6, 0.8):
+            scene.add(ball(along(xi), 0.009), ORANGE)
+        scene.add(ball(along(0.5), 0.009), RED)
+    else:
+        scene.add(cylinder(b + 0.012 * x_rod, c - 0.03 * x_rod, 0.0065), BLUE)
     for side in (-1, 1):  # fork at the rod's end, axis of the cross along the rod's y
         scene.add(cylinder(c - 0.03 * x_rod + side * 0.011 * y_rod, c + side * 0.011 * y_rod, 0.0035), BLUE)
     scene.add(cylinder(c - 0.03 * x_rod - 0.0145 * y_rod, c - 0.03 * x_rod + 0.0145 * y_rod, 0.0045), BLUE)
@@ -173,11 +185,11 @@ def slider_crank(axes: Axes | None) -> Scene:
     note.frame("W", 0.075 * np.eye(3), np.zeros(3))
     centres = {
         "crank": ((a + b) / 2, np.eye(3)),
-        "rod": ((b + c) / 2, np.column_stack([x_rod, y_rod, z_rod])),
+        "rod": (b if flexible else (b + c) / 2, rotation),
         "slider": (c, np.eye(3)),
     }
-    for centre, rotation in centres.values():
-        scene.frame(centre, 0.045, rotation)
+    for centre, axes_of_body in centres.values():
+        scene.frame(centre, 0.045, axes_of_body)
     scene.add(turning_arrow(a - 0.088 * ex, ex, 0.026, 0.0018, 150, 380), RED)
     note(a - 0.088 * ex, r"crankPivot.angle $\theta$", (-40, 34), color=RED)
     scene.add(arrow((0.235, 0, -0.037), (0.285, 0, -0.037), 0.0018), RED)
@@ -185,17 +197,132 @@ def slider_crank(axes: Axes | None) -> Scene:
     scene.add(arrow((0.27, 0, 0.16), (0.27, 0, 0.105), 0.0018), DARK)
     note((0.27, 0, 0.13), "gravity", (28, 0))
     note((a + b) / 2 + vec(0, 0, 0.022), "crank\n0.08 m", (-70, 26), leader=True)
-    note(b + 0.5 * (c - b), "rod\n0.3 m", (54, 34), leader=True)
+    if flexible:
+        note(along(0.28), "rod, 0.3 m\n(bending exaggerated)", (96, -2), leader=True)
+        note(along(0.5), "middle", (52, 14), leader=True, color=RED)
+    else:
+        note(b + 0.5 * (c - b), "rod\n0.3 m", (54, 34), leader=True)
     note(c + vec(0.0, -0.017, -0.04), "slider", (-4, -40), leader=True)
     note(a - 0.05 * ex, "crankPivot\nrevolute joint", (-84, -30), leader=True)
     note(b, "crankPin\nspherical joint", (60, 20), leader=True)
     note(c, "wristPin\nuniversal joint", (84, 34), leader=True)
     note((0.09, 0, -0.05), "guide\nprismatic joint", (-40, -34), leader=True)
-    note((0.27, 0, 0.28), "frames: x red, y green, z blue;\nB in every centre of mass", (14, 0), fontsize=8.5)
+    place = "B in every centre of mass" + (",\nthat of the rod in crankPin" if flexible else "")
+    note((0.27, 0, 0.28), f"frames: x red, y green, z blue;\n{place}", (14, 0), fontsize=8.5)
     return scene
 
 
-SCENES = {"HeavyTop": heavy_top, "HighSpeedRotor": high_speed_rotor, "SliderCrank": slider_crank}
+def bent_beam(origin: np.ndarray, rotation: np.ndarray, length: float, half: float, deflection) -> np.ndarray:
+    """Faces of a beam with a square section along x of its frame; deflection(ξ) is a vector in the frame."""
+    xi = np.linspace(0, 1, 40)
+    middle = np.column_stack([length * xi, 0 * xi, 0 * xi]) + np.array([deflection(x) for x in xi])
+    corners = np.array([(0, half, half), (0, -half, half), (0, -half, -half), (0, half, -half)])
+    rings = (middle[:, None] + corners) @ rotation.T + origin  # 40 x 4 x 3
+    sides = [
+        np.stack([rings[:-1, a], rings[1:, a], rings[1:, b], rings[:-1, b]], axis=1)
+        for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
+    ]
+    return np.concatenate([*sides, rings[-1][None], rings[0][None, ::-1]])
+
+
+def flexible_pendulum(axes: Axes | None) -> Scene:
+    """The beam at the start, and bent later on, as the reference has it."""
+    scene = Scene(azimuth=-60, elevation=18)
+    note = Notes(scene, axes)
+    pivot = np.zeros(3)
+    scene.add(
+        turned([(0.1, 0), (0.1, 0.09), (0.13, 0.09), (0.13, 0.03), (0.03, 0.03), (0.03, 0)], pivot, (0, 0, 1)), GREY
+    )
+    scene.add(ball(pivot, 0.035), DARK)
+    _, history = read_reference(ROOT / "tests" / "references" / "FlexiblePendulum.csv")
+    row, times = 7, 5  # 0.07 s; the bending is drawn five times as large
+    z = [times * history[f"beam.modal[{i}]"][row] for i in (1, 2, 3, 4)]
+    quaternion = np.array([history[f"beam.quaternion[{i}]"][row] for i in (1, 2, 3, 4)])
+    rotation = matrix(quaternion)
+
+    def bent(xi: float) -> np.ndarray:
+        """Deflection in B."""
+        return vec(0, z[0] * xi**2 + z[1] * xi**3, z[2] * xi**2 + z[3] * xi**3)
+
+    if axes is not None:
+        scene.add(bent_beam(pivot, np.eye(3), 1.0, 0.02, lambda _: np.zeros(3)), GREY)
+    scene.add(bent_beam(pivot, rotation, 1.0, 0.02, bent), BLUE)
+    for xi in (0.2, 0.4, 0.6, 0.8):
+        scene.add(ball(rotation @ (bent(xi) + vec(xi, 0, 0)), 0.026), ORANGE)
+    tip = rotation @ (bent(1.0) + vec(1, 0, 0))
+    scene.add(ball(tip, 0.03), RED)
+    if axes is None:
+        return scene
+    scene.add(tube(np.array([pivot, rotation @ vec(0.5, 0, 0), rotation @ vec(1, 0, 0)]), 0.004), DARK)
+    scene.frame(pivot, 0.28)
+    note.frame("W", 0.28 * np.eye(3), pivot)
+    scene.frame(pivot, 0.28, rotation)
+    note.frame("B", pivot + 0.28 * rotation.T, pivot, (8, 6), (0, 0), (-10, 8))
+    scene.add(arrow((-0.2, 0, 0.45), (-0.2, 0, 0.2), 0.008), DARK)
+    note((-0.2, 0, 0.33), "gravity", (-26, 0))
+    note(pivot, "pivot\nspherical joint\nat the origin of W", (-70, -50), leader=True)
+    note((0.75, 0, 0), "beam at t = 0", (30, -34), leader=True)
+    note(rotation @ (bent(0.6) + vec(0.6, 0, 0)), "beam.station1 … 4", (10, 44), leader=True, color="#b26f1c")
+    note(tip, "tip", (16, 14), color=RED)
+    after = rotation @ (bent(0.3) + vec(0.3, 0, 0.02))
+    note(after, "beam after 0.07 s\n(bending 5 times as large)", (24, 76), leader=True)
+    return scene
+
+
+def matrix(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, u = quaternion[0], quaternion[1:]
+    return (w * w - u @ u) * np.eye(3) + 2 * np.outer(u, u) + 2 * w * np.cross(np.eye(3), u)
+
+
+def flexible_slider_crank(axes: Axes | None) -> Scene:
+    """The slider-crank at the start with its rod bent in both planes, much exaggerated."""
+    return slider_crank(axes, flexible=True)
+
+
+def spin_up_beam(axes: Axes | None) -> Scene:
+    """Hub and beam, bent backwards as while it is spun up, much exaggerated."""
+    scene = Scene(azimuth=-72, elevation=34)
+    note = Notes(scene, axes)
+    hub = np.zeros(3)
+    scene.add(
+        turned([(-0.45, 0), (-0.45, 0.8), (0.45, 0.8), (0.45, 0.5), (0.45, 0)], hub, (0, 0, 1), 80),
+        DARK if axes is None else GREY,
+    )
+
+    def bent(xi: float) -> np.ndarray:
+        """Deflection in B."""
+        return vec(0, -1.6 * xi**2 * (1.5 - 0.5 * xi), 0)
+
+    if axes is not None:
+        scene.add(tube(np.array([(0.8, 0, 0), (4.4, 0, 0), (8.0, 0, 0)]), 0.02), GREY)
+    scene.add(bent_beam(hub, np.eye(3), 8.0, 0.14, bent), BLUE)
+    for xi in (0.2, 0.4, 0.6, 0.8):
+        scene.add(ball(bent(xi) + vec(8 * xi, 0, 0), 0.19), ORANGE)
+    tip = bent(1.0) + vec(8, 0, 0)
+    scene.add(ball(tip, 0.22), RED)
+    scene.add(turning_arrow((0, 0, 0.7), (0, 0, 1), 1.1, 0.06, -20, 230), RED)
+    if axes is None:
+        return scene
+    scene.frame(hub, 2.2)
+    note.frame("B", 2.2 * np.eye(3), hub, (6, 10), (0, 0), (0, 0))
+    note((0, 0, 0.7), "hubPivot.motorTorque", (-66, 30), color=RED)
+    note(vec(-0.5, -0.5, -0.2), "hub\n1000 kg m²", (-50, -34), leader=True)
+    note(bent(0.6) + vec(4.8, 0, 0), "beam.station1 … 4", (-10, -46), leader=True, color="#b26f1c")
+    note(tip, "tip", (16, -8), color=RED)
+    note(0.5 * (tip + vec(8, 0, 0)), "tip.deflection", (48, 6))
+    note((5.6, 0, 0), "beam, 8 m", (20, 30), leader=True)
+    return scene
+
+
+SCENES = {
+    "FlexiblePendulum": flexible_pendulum,
+    "FlexibleSliderCrank": flexible_slider_crank,
+    "HeavyTop": heavy_top,
+    "HighSpeedRotor": high_speed_rotor,
+    "SliderCrank": slider_crank,
+    "SpinUpBeam": spin_up_beam,
+}
 
 
 def draw_figure(model: str) -> None:

@@ -64,5 +64,6 @@ def write(model: str) -> Path:
 
 if __name__ == "__main__":
     known = sorted(path.stem for path in (ROOT / "tests" / "references").glob("*.csv"))
+    known.remove("SpinUpBeam")  # needs a torque; the FMU alone stays at rest
     for chosen in sys.argv[1:] or known:
         sys.stdout.write(f"wrote {write(chosen).relative_to(ROOT)}\n")

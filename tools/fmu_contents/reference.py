@@ -54,10 +54,13 @@ class Experiment:
 
 
 def write(description: Description, references: Path, errors: Path, out: Path) -> Experiment | None:
-    """Writes the reference of a model into the FMU's folder `out`, if it has one."""
+    """Writes the reference of a model into the FMU's folder `out`, if it has one that needs no inputs.
+
+    A model whose reference needs inputs has no table of errors.
+    """
     model = description.model
     source = references / f"{model}.csv"
-    if not source.exists():
+    if not source.exists() or not (errors / f"{model}.csv").exists():
         return None
     header, names, rows = _read_reference(source)
     used = [i for i, name in enumerate(names) if LEFT_OUT not in name]
@@ -124,7 +127,7 @@ def _manifest(model: str) -> etree._Element:
         root.set(f"{{{NAMESPACE}}}{name}", value)
     related = (
         (f"{model}.exp", "application/x-ma-hs-experiments", "experiment/validation", "Run and compare"),
-        (f"{model}_ref.csv", "text/csv", "result", "Converged solution of another code, Exudyn"),
+        (f"{model}_ref.csv", "text/csv", "result", "Converged solution of another code"),
         (f"{model}_bounds.csv", "text/csv", "report", "Allowed difference of every variable from the reference"),
         ("../../documentation/fmi-ls-ref.html", "text/html", "document", "How reference and bounds were made"),
     )

@@ -11,8 +11,10 @@ from pathlib import Path
 from description import Description, Group
 from lxml import etree
 
+LOAD = ("Load on the body", ("position", "quaternion", "velocity", "angularVelocity", "force", "torque"))
 MEMBERS = {
-    "body": ("Load on the body", ("position", "quaternion", "velocity", "angularVelocity", "force", "torque")),
+    "flexible": LOAD,
+    "body": LOAD,
     "revolute": ("Motor in the joint", ("angle", "angularRate", "motorTorque")),
     "prismatic": ("Actuator in the joint", ("displacement", "rate", "actuatorForce")),
     "support": ("Actuator beside the support", ("position", "force", "actuatorForce")),

@@ -1,0 +1,18 @@
+// Files of modal data, which make bodies of a mechanism flexible: JSON, as docs/modes.md describes it.
+#pragma once
+
+#include <string>
+
+#include "mechanism.h"
+
+namespace sigmafmu {
+
+// Reads the modal data of every flexible body from files in `folder` (UTF-8). Throws std::runtime_error with one
+// sentence that names the file when it is missing, no such file, or holds data that the mechanism cannot use.
+void load_modal_files(Mechanism& mechanism, const std::string& folder);
+
+// The folder that a URI (file:///path, file:/path, file://host/path, percent-encoded) or a plain path stands for.
+// Throws std::runtime_error for another scheme.
+std::string folder_of_uri(const std::string& uri);
+
+}  // namespace sigmafmu
