@@ -371,13 +371,12 @@ void Table::integrator() {
        [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
   real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
        [](M m, int, int) -> double& { return m.integrator.sigma; });
-  Variable& absolute =
-      real("absoluteTolerance", "Tolerance", "Newton's method: allowed velocity increment (m/s and rad/s)",
-           [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
+  Variable& absolute = real("absoluteTolerance", "Tolerance",
+                            "Allowed velocity increment of Newton's method, error of a step of rkmk54 (m/s and rad/s)",
+                            [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
   absolute.above_min = true;
-  Variable& relative =
-      real("relativeTolerance", "Tolerance", "Newton's method: allowed increment relative to a body's velocity",
-           [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
+  Variable& relative = real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity",
+                            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
   relative.max = 1e-2;
 
   auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
@@ -417,9 +416,9 @@ void Table::integrator() {
   };
   counter("steps", "Internal steps since the start",
           [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.steps); });
-  counter("newtonIterations", "Newton iterations since the start",
+  counter("newtonIterations", "Newton iterations since the start (rkmk: of projections)",
           [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.newton_iterations); });
-  counter("jacobianEvaluations", "Iteration matrices made since the start",
+  counter("jacobianEvaluations", "Matrices factorized since the start",
           [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.jacobian_evaluations); });
   counter("retries", "Internal steps repeated with half the step since the start",
           [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.retries); });
