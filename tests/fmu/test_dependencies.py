@@ -14,7 +14,17 @@ import pytest
 
 from sigmafmu.fmu import Fmu
 
-from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, real_outputs, rigid_bodies
+from .helpers import (
+    EPS,
+    Instance,
+    bodies,
+    fastest_rotation,
+    inputs,
+    integer_outputs,
+    orders,
+    real_outputs,
+    rigid_bodies,
+)
 
 LARGE = 1e9  # N or N m: responses exceed all other accelerations and reactions by orders of magnitude
 ROUNDING = 1e4 * EPS  # of a response, against the largest of its kind: the equations' condition times a few digits
@@ -94,8 +104,8 @@ def largest_of_kind(fmu: Fmu, outputs: list[str], slopes: np.ndarray) -> np.ndar
     """For every slope the largest |slope| among outputs of its unit and inputs of its unit.
 
     Unless these are nothing but rounding of all slopes that compare with them, for example accelerations due to forces
-    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and linear
-    of angular accelerations.
+    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and
+    linear accelerations of angular ones.
     """
     rows, columns = (np.array([fmu.variables[name].unit for name in names]) for names in (outputs, inputs(fmu)))
     scale = np.zeros_like(slopes)
@@ -189,15 +199,6 @@ def test_directional_derivatives_exist_during_initialization_and_after_the_end(n
 
 
 # --- output derivatives ----------------------------------------------------------------------------------------------
-
-
-def fastest_rotation(instance: Instance) -> float:
-    """Largest angular velocity, rad/s, at least 1: the time scale of the motion; vibrations of flexible bodies count."""
-    rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
-    for path in (instance.fmu.directory / "resources").glob("*.json"):
-        held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
-        rates.append(1.5 * 2 * np.pi * held)
-    return max(1.0, *rates)
 
 
 def derivative_and_difference(
