@@ -17,12 +17,10 @@ void BLieDF::remember_start(State& s, const VectorXd& V, const VectorXd& Vdot, c
 }
 
 // As if the loads after the jump had acted before it as well.
-void BLieDF::shift_accelerations(State& s, const VectorXd& jump) const {
+void BLieDF::shift_accelerations(State& s, const VectorXd& jump) {
   Integrator::shift_accelerations(s, jump);
-  VectorXd group_jump = jump;
-  coordinates_->turn_to_group(s.q, group_jump);
-  s.mean_velocity -= (s.last_step / 2) * group_jump;
-  s.mean_acceleration += group_jump;
+  s.mean_acceleration += jump_of_group(s, jump);
+  s.mean_velocity -= (s.last_step / 2) * jump_of_group(s, jump);
 }
 
 void BLieDF::begin(const State& s) {

@@ -17,7 +17,7 @@ class BLieDF final : public ImplicitIntegrator {
   BLieDF(const System& system, const IntegratorSettings& settings) : ImplicitIntegrator(system, settings) {}
 
   State make_state() const override;
-  void shift_accelerations(State& state, const VectorXd& jump) const override;
+  void shift_accelerations(State& state, const VectorXd& jump) override;
 
  private:
   void remember_start(State& state, const VectorXd& V, const VectorXd& Vdot, const VectorXd& jerk) override;

@@ -30,12 +30,10 @@ void GeneralizedAlpha::remember_start(State& s, const VectorXd&, const VectorXd&
   s.jacobian_step = 0;
 }
 
-void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) const {
+void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) {
   Integrator::shift_accelerations(s, jump);
   if (settings_.is(Predictor::extrapolated)) s.vdot_old += jump;
-  VectorXd group_jump = jump;
-  coordinates_->turn_to_group(s.q, group_jump);
-  s.a += group_jump;
+  s.a += jump_of_group(s, jump);
 }
 
 // From the state at the start of the step alone, so that nothing of it has to be kept.

@@ -3,12 +3,13 @@
 //
 // corrector = residual: Eqs. (11)-(16), (20) solved exactly for every sigma. Eliminating a_{n+1} gives, body by body,
 //
-//   P(theta) V_{n+1} = gamma' [theta - T(theta) c_n + B(q_n)^T mu],   P = sigma I + (1 - sigma) T(theta),
+//   P(theta) V_{n+1} = gamma' [T(theta) (theta - c_n) + B(q_n)^T mu],   P = sigma I + (1 - sigma) T(theta),
 //   c_n = h (1 - beta/gamma) V_n + h^2 (1/2 - beta/gamma) a_n,   gamma' = gamma/(h beta),   mu = h eta,
 //
-// and a_{n+1} from (14), Vdot_{n+1} from (15), q_{n+1} = q_n o psi(theta): the result does not depend on the
-// predictor nor on the iteration matrix. sigma = 0 is geom1; sigma = 1 needs no tangent operator in the iteration.
-// Every body may have a sigma of its own, and another one in every step: order 2 does not depend on it.
+// (T(theta) theta = theta for exp) and a_{n+1} from (14), Vdot_{n+1} from (15), q_{n+1} = q_n o psi(theta): the result
+// does not depend on the predictor nor on the iteration matrix. sigma = 0 is geom1; sigma = 1 needs no tangent operator
+// in the iteration. Every body may have a sigma of its own, and another one in every step: order 2 does not depend on
+// it.
 //
 // corrector = incremental: the increments of Algorithms 1 (index 3), 3 (stabilized index 2) and 2 (sigma != 1) as
 // printed. They never re-evaluate (12), so their leading error depends on the predictor; for reproducing the paper.
@@ -24,7 +25,7 @@ class GeneralizedAlpha final : public ImplicitIntegrator {
   GeneralizedAlpha(const System& system, const IntegratorSettings& settings);
 
   State make_state() const override;
-  void shift_accelerations(State& state, const VectorXd& jump) const override;
+  void shift_accelerations(State& state, const VectorXd& jump) override;
 
  private:
   void remember_start(State& state, const VectorXd& V, const VectorXd& Vdot, const VectorXd& jerk) override;

@@ -1,7 +1,6 @@
 // Newton's method for one step of an implicit method whose velocities and accelerations at the end of the step are
 //
-//   P V = gamma' [theta - T(theta) c + B(q_n)^T mu],   Vdot = slope (V - V_n) + offset        (VelocityRule,
-//   StepScales)
+//   P V = gamma' [T(theta) (theta - c) + B(q_n)^T mu],   Vdot = slope (V - V_n) + offset   (VelocityRule, StepScales)
 //
 // with c and offset known at the start: unknowns are theta, lambda and, in the stabilized index-2 form, mu. A method
 // tells the four in begin() and keeps what it needs of the step in finish().

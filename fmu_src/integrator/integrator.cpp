@@ -14,7 +14,9 @@ constexpr double kPi = 3.14159265358979323846;
 }  // namespace
 
 Integrator::Integrator(const System& system, const IntegratorSettings& settings)
-    : system_(system), settings_(settings), coordinates_(make_local_coordinates(system, settings)) {}
+    : system_(system), settings_(settings), coordinates_(make_local_coordinates(system, settings)) {
+  jump_.setZero(system.velocity_size());
+}
 
 State Integrator::make_state() const {
   State s;
@@ -48,7 +50,13 @@ bool Integrator::initialize(State& s, const InputSignal& input) {
   return true;
 }
 
-void Integrator::shift_accelerations(State& s, const VectorXd& jump) const { s.vdot += jump; }
+void Integrator::shift_accelerations(State& s, const VectorXd& jump) { s.vdot += jump; }
+
+const VectorXd& Integrator::jump_of_group(const State& s, const VectorXd& jump) {
+  jump_ = jump;
+  coordinates_->turn_to_group(s.q, jump_);
+  return jump_;
+}
 
 bool Integrator::step(State& state, double t_end, const InputSignal& input, StepFailure& failure) {
   double h = t_end - state.time;

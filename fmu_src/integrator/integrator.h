@@ -30,7 +30,7 @@ class Integrator {
   // Completes a state whose q and v are consistent: vdot, lambda, angles and what the method remembers.
   [[nodiscard]] bool initialize(State& state, const InputSignal& input);
   // Adds a jump of vdot (after a jump of inputs or parameters) to all that depends on it.
-  virtual void shift_accelerations(State& state, const VectorXd& jump) const;
+  virtual void shift_accelerations(State& state, const VectorXd& jump);
 
   // state.time -> t_end. Attempts that fail are repeated with halved steps; when that fails too, false is returned,
   // the state stays where the last good step ended and `failure` tells why. The counters count every attempt.
@@ -45,6 +45,8 @@ class Integrator {
   // The rest of initialize(): Vdot and its derivative, of the group's velocities V.
   virtual void remember_start(State&, const VectorXd& /*V*/, const VectorXd& /*Vdot*/, const VectorXd& /*jerk*/) {}
 
+  // A jump of vdot as one of Vdot, valid until the next call.
+  const VectorXd& jump_of_group(const State& state, const VectorXd& jump);
   // False, with the reason in `failure`, when theta turns a body by pi or more: coordinates are not one-to-one there.
   [[nodiscard]] bool unambiguous(const VectorXd& theta, StepFailure& failure) const;
   // Takes over time, q, v and the turns of revolute joints, `e` being the evaluation at q and v.
@@ -53,6 +55,9 @@ class Integrator {
   const System& system_;
   const IntegratorSettings settings_;
   std::unique_ptr<LocalCoordinates> coordinates_;
+
+ private:
+  VectorXd jump_;
 };
 
 std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings);

@@ -144,7 +144,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
       const Vector6d X = of_body(theta, i);
       const PartVector x = X.template tail<N>();
       Vector6d w = X - of_body(c, i);
-      if (rule.transported) w.template tail<N>() = x - Part::tangent_times(x, part(c, i));
+      if (rule.transported) w.template tail<N>() = Part::tangent_times(x, x - part(c, i));
       if (b) w += of_body(*b, i);
       if (rule.sigma[i] != 1.0) w.template tail<N>() = (P_inverse(rule.sigma[i], x) * w.template tail<N>()).eval();
       V.segment<6>(kVelocitiesPerBody * i) = rule.gamma_prime * w;
@@ -177,36 +177,44 @@ class LocalCoordinatesOf final : public LocalCoordinates {
                  const VelocityRule& rule, const Iterate& at, Derivative derivative, Factorization& f) override {
     tangents_.identity_P = kMixed;
     for (int i = 0; i < bodies_; ++i) tangents_.identity_P = tangents_.identity_P && rule.sigma[i] == 1.0;
-    if (derivative != Derivative::none && !(derivative == Derivative::printed && tangents_.identity_P)) {
+    const bool identity = derivative == Derivative::none || (derivative == Derivative::printed && tangents_.identity_P);
+    if (!kMixed || !identity) {
       for (int i = 0; i < bodies_; ++i) linearize(step, rule, at, derivative, i);
     }
     return matrix.factorize(e, start, step, tangents_, f);
   }
 
  private:
-  // dV = gamma' P^-1 d(theta - T(theta) c - (P - I) V/gamma') of one body.
+  // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of one body, the last V held fixed; theta - c without T in
+  // front where c is not transported.
   SIGMAFMU_FLATTEN void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at,
                                   Derivative derivative, int i) {
     const PartVector theta = part(at.theta, i);
     const double sigma = rule.sigma[i];
-    if (sigma != 1.0) tangents_.P_inverse[i] = P_inverse(sigma, theta);
+    const bool identity_P = sigma == 1.0 || derivative == Derivative::none;
+    tangents_.P_inverse[i].setIdentity();
+    if (!identity_P) tangents_.P_inverse[i] = P_inverse(sigma, theta);
     PartMatrix G = PartMatrix::Identity();
     if (derivative == Derivative::exact) {
-      PartVector w = (1 - sigma) / rule.gamma_prime * part(at.V, i);
-      if (rule.transported) w += part(at.c, i);
-      G = (PartMatrix::Identity() - Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
+      PartVector w = (sigma - 1) / rule.gamma_prime * part(at.V, i);
+      PartMatrix d = PartMatrix::Identity();
+      if (rule.transported) {
+        w += theta - part(at.c, i);
+        d = Part::tangent(theta);
+      }
+      G = (d + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
     }
-    if (sigma != 1.0) G = (tangents_.P_inverse[i] * G).eval();
+    if (!identity_P) G = (tangents_.P_inverse[i] * G).eval();
     if constexpr (kMixed) {
       tangents_.U[i] = G;
     } else {
-      turn(step, at, i, G, sigma == 1.0);
+      turn(step, at, i, G);
     }
   }
 
   // From the body twist V = (R^T v_WB, w) to mixed velocities, A = diag(R, I): dv = A dV + R (dphi x V_t), and with
   // d(v_WB)/dt = R s, s = Vdot_t + w x V_t:  d(vdot_WB) = R (dVdot_t + dw x V_t + w x dV_t) + R (dphi x s).
-  void turn(const StepScales& step, const Iterate& at, int i, const PartMatrix& G, bool identity_P) {
+  void turn(const StepScales& step, const Iterate& at, int i, const PartMatrix& G) {
     const Matrix3d R = pose(at.q, i).quat.toRotationMatrix(), R_n = pose(at.q_n, i).quat.toRotationMatrix();
     const Vector6d V = of_body(at.V, i);
     const Vector3d V_t = V.head<3>(), w = V.tail<3>();
@@ -222,8 +230,10 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     U.template topRightCorner<3, 3>() -= turned;
     E.template rightCols<3>() += turned - R * lie::hat(s) / step.beta_prime;
     Matrix6d& P_inverse = tangents_.P_inverse[i];
-    if (identity_P) P_inverse.setIdentity();
     P_inverse.template leftCols<3>() *= R_n.transpose();
+    tangents_.F[i] =
+        step.gamma_prime / step.beta_prime * R *
+        (lie::hat(w) * P_inverse.template topRows<3>() - lie::hat(V_t) * P_inverse.template bottomRows<3>());
     P_inverse.template topRows<3>() = (R * P_inverse.template topRows<3>()).eval();
   }
 

@@ -20,8 +20,8 @@
 namespace sigmafmu {
 
 // How an implicit method makes velocities of theta, body by body:
-//   P V = gamma' [theta - T(theta) c + b],   P = sigma I + (1 - sigma) T(theta)
-// with T(theta) c when c is `transported`, else c itself.
+//   P V = gamma' [T(theta) (theta - c) + b],   P = sigma I + (1 - sigma) T(theta)
+// or theta - c without T in front, where c is not `transported`.
 struct VelocityRule {
   double gamma_prime;
   bool transported;

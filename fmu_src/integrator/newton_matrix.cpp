@@ -54,6 +54,14 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
   S_ = system.make_evaluation().modal_C;
 }
 
+// A += kappa M (X, 0)^T, M that of the frame of body i and X its translational rows.
+template <typename Rows, typename Matrix>
+void NewtonMatrix::add_inertia(const Evaluation& e, int i, double kappa, const Rows& X, Matrix& A) const {
+  A.template topRows<3>() += kappa * system_.body(i).mass * X;
+  const int flexible = system_.flexible_index(i);
+  if (flexible >= 0) A += kappa * e.flexible[flexible].M.template leftCols<3>() * X;
+}
+
 template <int N>
 bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                              const BodyTangents<N>& tangents, Factorization& f) {
@@ -76,6 +84,7 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
     if (stabilized && i == j) {  // D P^-1
       D_[i] = S;
       if (!tangents.identity_P) D_[i].template rightCols<N>() = S.template rightCols<N>() * tangents.P_inverse[i];
+      if constexpr (N == 6) add_inertia(e, i, kappa, tangents.F[i], D_[i]);
     }
     using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
     Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
@@ -83,12 +92,8 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
     block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
     block.template rightCols<N>() =
         S.template rightCols<N>() * tangents.U[j] + step.scale * e.K[p].template rightCols<N>();
-    if (N == 6 && i == j) {
-      block.template topRightCorner<3, N>() += kappa * system_.body(i).mass * tangents.E[i];
-      if (system_.flexible_index(i) >= 0) {
-        block.template rightCols<N>() +=
-            kappa * e.flexible[system_.flexible_index(i)].M.template leftCols<3>() * tangents.E[i];
-      }
+    if constexpr (N == 6) {
+      if (i == j) add_inertia(e, i, kappa, tangents.E[i], block);
     }
   }
 
@@ -193,6 +198,10 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
     const JointRows& Bn = start.joints[joint].B[side];
     for (int r = 0; r < m; ++r) {
       Vector6d PB = Bn.row(r).transpose();
+      if constexpr (N == 6) {
+        const Vector3d FB = tangents.F[body] * PB;
+        column.col(m + r) += kappa * e.modal_M[3 * flexible + 1].template leftCols<3>().lazyProduct(FB);
+      }
       if (!tangents.identity_P) PB.template tail<N>() = (tangents.P_inverse[body] * PB.template tail<N>()).eval();
       column.col(m + r) += to_modes->lazyProduct(PB);
     }

@@ -2,17 +2,18 @@
 // (Bottasso, Dopico, Trainelli 2008). Unknowns: motion increments Delta q of the bodies (translation in W, rotation in
 // body axes), Delta lambda times `scale` and, for the stabilized index-2 form, Delta mu. With
 //
-//   gamma' U_i = dv/d(motion),   beta' (U_i + E_i) = dvdot/d(motion),   D_i = kappa M_i + scale gamma' C_ii
+//   gamma' U_i = dv/d(motion),   beta' (U_i + E_i) = dvdot/d(motion),
+//   gamma' P_i^-1 = dv/d(B_n^T mu),   beta' (P_i^-1 + F_i) = dvdot/d(B_n^T mu)
 //
-// of the mixed velocities, kappa = scale beta':
+// of the mixed velocities, kappa = scale beta', D P^-1 = kappa M (P^-1 + F) + scale gamma' C P^-1:
 //
 //   dynamics   [ kappa M (U + E) + scale gamma' C U + scale K     B^T   D P^-1 B_n^T ]
 //   Phi        [ B                                                 0     0            ]
 //   Phi'/gamma'[ Z/gamma' + B U                                    0     B P^-1 B_n^T ]
 //
-// (U = P = I, E = 0 for modal coordinates), which are Eqs. (67) and (D.2), scaled; in the stabilized form the second
-// row is subtracted from the third, so that only small terms couple mu to the motion. Index 2 has the third row in
-// place of the second.
+// (U = P = I, E = F = 0 for modal coordinates), which are Eqs. (67) and (D.2), scaled; in the stabilized form the
+// second row is subtracted from the third, so that only small terms couple mu to the motion. Index 2 has the third row
+// in place of the second.
 #pragma once
 
 #include "integrator/block_lu.h"
@@ -29,17 +30,17 @@ struct StepScales {
 };
 
 // What the matrix needs of each body. In the last N velocities, 3 on R^3 x SO(3) and 6 on SE(3), U and P differ from
-// the identity. E has translational rows alone and is zero on R^3 x SO(3).
+// the identity. E and F have translational rows alone and are zero on R^3 x SO(3).
 template <int N>
 struct BodyTangents {
   using Block = Eigen::Matrix<double, N, N>;
   using Rows = Eigen::Matrix<double, 3, N>;
   std::vector<Block> U, P_inverse;
-  std::vector<Rows> E;
+  std::vector<Rows> E, F;
   bool identity_P = false;
 
   explicit BodyTangents(int bodies)
-      : U(bodies, Block::Identity()), P_inverse(bodies, Block::Identity()), E(bodies, Rows::Zero()) {}
+      : U(bodies, Block::Identity()), P_inverse(bodies, Block::Identity()), E(bodies, Rows::Zero()), F(E) {}
 };
 
 class NewtonMatrix {
@@ -65,6 +66,8 @@ class NewtonMatrix {
   struct FlexibleJoint {
     int joint, side, flexible, incidence;
   };
+  template <typename Rows, typename Matrix>
+  void add_inertia(const Evaluation& e, int i, double kappa, const Rows& X, Matrix& A) const;
   template <int N>
   void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
                    const BodyTangents<N>& tangents, Factorization& f);

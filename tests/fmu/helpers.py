@@ -21,16 +21,40 @@ FORMULATIONS = ("index3", "index2", "stabilizedIndex2")
 CORRECTORS = ("residual", "incremental")
 JACOBIANS = ("full", "tangentFree")
 NEWTONS = ("full", "modified")
+METHODS = ("generalizedAlpha", "rkmk4", "rkmk54", "bliedf2")
+GROUPS = ("R3xSO3", "SE3")
+LOCAL_COORDINATES = ("exp", "cayley", "cayley2")
+ABSOLUTE_COORDINATES = ("quaternion", "rotationVector")
 
 Settings = Mapping[str, SettingValue]
 
 
 def integrator_combinations() -> list[Settings]:
-    """Every choice of formulation, corrector, jacobian and newton; and a sigma of its own for each body."""
+    """Every choice of formulation, corrector, jacobian and newton; a sigma of its own for each body; every method on
+    every group, with all coordinates taking turns."""
     names = ("formulation", "corrector", "jacobian", "newton")
-    return [{"integrator.sigmaMode": "spinOptimal"}] + [
-        {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
-        for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS)
+    return [
+        {"integrator.sigmaMode": "spinOptimal"},
+        *(
+            {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
+            for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS)
+        ),
+        *method_combinations(),
+    ]
+
+
+def method_combinations() -> list[Settings]:
+    """Every method on every group. Each kind of coordinates occurs with each method."""
+    names = ("method", "group", "localCoordinates", "absoluteCoordinates")
+    coordinates = {
+        "R3xSO3": (("exp", "rotationVector"), ("cayley2", "quaternion")),
+        "SE3": (("exp", "quaternion"), ("cayley", "rotationVector")),
+    }
+    return [
+        {f"integrator.{name}": value for name, value in zip(names, (method, group, *chosen), strict=True)}
+        for method in METHODS
+        for group in GROUPS
+        for chosen in coordinates[group]
     ]
 
 

@@ -21,7 +21,17 @@ import pytest
 from sigmafmu.reference import CRANK, GRAVITY, ROD, SLIDER, TOP, Body, Rotor
 from sigmafmu.reference.clouds import PENDULUM_ANGULAR_VELOCITY, SpinUp
 
-from .helpers import CORRECTORS, EPS, FORMULATIONS, JACOBIANS, NEWTONS
+from .helpers import (
+    ABSOLUTE_COORDINATES,
+    CORRECTORS,
+    EPS,
+    FORMULATIONS,
+    GROUPS,
+    JACOBIANS,
+    LOCAL_COORDINATES,
+    METHODS,
+    NEWTONS,
+)
 
 # --- what must be there ----------------------------------------------------------------------------------------------
 
@@ -190,6 +200,10 @@ ENUMERATIONS = {
     "integrator.jacobian": (JACOBIANS, "full"),
     "integrator.newton": (NEWTONS, "full"),
     "integrator.sigmaMode": (("fixed", "spinOptimal"), "fixed"),
+    "integrator.method": (METHODS, "generalizedAlpha"),
+    "integrator.group": (GROUPS, "R3xSO3"),
+    "integrator.localCoordinates": (LOCAL_COORDINATES, "exp"),
+    "integrator.absoluteCoordinates": (ABSOLUTE_COORDINATES, "quaternion"),
 }
 
 

@@ -116,6 +116,10 @@ def test_no_variable_takes_a_value_that_is_not_finite(new, model, value):
         ("corrector", "1 (residual) or 2 (incremental)"),
         ("jacobian", "1 (full) or 2 (tangentFree)"),
         ("newton", "1 (full) or 2 (modified)"),
+        ("method", "1 (generalizedAlpha), 2 (rkmk4), 3 (rkmk54) or 4 (bliedf2)"),
+        ("group", "1 (R3xSO3) or 2 (SE3)"),
+        ("localCoordinates", "1 (exp), 2 (cayley) or 3 (cayley2)"),
+        ("absoluteCoordinates", "1 (quaternion) or 2 (rotationVector)"),
     ],
 )
 def test_an_enumeration_takes_its_items_only(new, model, name, items):

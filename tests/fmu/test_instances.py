@@ -19,6 +19,9 @@ VARIANTS = (
     {"integrator.formulation": "index3", "integrator.newton": "modified"},
     {"integrator.corrector": "incremental", "integrator.sigma": 1.3},
     {"integrator.spectralRadius": 0.5, "gravity": (1.0, 2.0, -3.0)},
+    {"integrator.method": "rkmk4", "integrator.group": "SE3"},
+    {"integrator.method": "rkmk54", "integrator.absoluteCoordinates": "rotationVector"},
+    {"integrator.method": "bliedf2", "integrator.group": "SE3", "integrator.localCoordinates": "cayley"},
 )
 COUNT = 200  # communication steps
 

@@ -1,4 +1,4 @@
-"""The study: what the integrator does beside what Holzinger, Arnold, Gerstmayr (2025) print and beside Exudyn.
+"""The study: what the integrator does beside Holzinger, Arnold, Gerstmayr (2025), Müller (2022) and Exudyn.
 
 A chapter is a module with a `CHAPTER` (see `chapter`). `runner` does the work of the chosen chapters, `cli` is the
 command `sigmafmu study`.
@@ -8,6 +8,19 @@ from importlib import import_module
 
 from sigmafmu.study.chapter import Chapter
 
+LGT_CHAPTERS = (
+    "lgt_accuracy",
+    "lgt_top",
+    "lgt_constraints",
+    "lgt_cost",
+    "lgt_work",
+    "lgt_stiff",
+    "lgt_vector_space",
+    "lgt_rkmk54",
+)
+"""Those on the local-global transition maps of Müller (2022)."""
+FLEXIBLE_CHAPTERS = ("flexible_accuracy", "flexible_work", "flexible_limits", "flexible_bending")
+"""Those on flexible bodies."""
 CHAPTERS = (
     "histories",
     "convergence",
@@ -19,6 +32,8 @@ CHAPTERS = (
     "start",
     "conditioning",
     "long_runs",
+    *LGT_CHAPTERS,
+    *FLEXIBLE_CHAPTERS,
     "orderings",
 )
 """Modules of this package with a chapter each, in the order of the report."""

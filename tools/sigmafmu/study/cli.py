@@ -11,7 +11,8 @@ from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar
 
 MECHANISMS = {"heavy-top": "HeavyTop", "rotor": "HighSpeedRotor", "slider-crank": "SliderCrank"}
-Subject = Enum("Subject", {name: name for name in (*MECHANISMS, "all")}, type=str)
+SUBJECTS = (*MECHANISMS, "lgt", "flexible", "all")
+Subject = Enum("Subject", {name: name for name in SUBJECTS}, type=str)
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +21,13 @@ def register(app: typer.Typer) -> None:
 
 
 def study(
-    subject: Annotated[Subject, typer.Argument(metavar="|".join((*MECHANISMS, "all")), help="The mechanism, or all.")],
+    subject: Annotated[
+        Subject,
+        typer.Argument(
+            metavar="|".join(SUBJECTS),
+            help="The mechanism; lgt: groups and coordinate maps on all of them; flexible: flexible bodies; or all.",
+        ),
+    ],
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path("study"),
     quick: Annotated[bool, typer.Option("--quick", help="A small version, for a few minutes.")] = False,
     chapter: Annotated[
@@ -33,17 +40,20 @@ def study(
     Work that is done already is not done again: an interrupted study goes on where it was.
     """
     try:
+        from sigmafmu.reference import FLEXIBLE_MODELS
         from sigmafmu.reference.exudyn_models import load_exudyn
-        from sigmafmu.study import CHAPTERS, load, orderings, runner
+        from sigmafmu.study import CHAPTERS, FLEXIBLE_CHAPTERS, LGT_CHAPTERS, load, orderings, runner
 
         load_exudyn()
     except ModuleNotFoundError as error:
         raise SigmafmuError("the study needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
+    known = {"lgt": LGT_CHAPTERS, "flexible": FLEXIBLE_CHAPTERS}.get(subject.value, CHAPTERS)
     for name in chapter or ():
-        if name not in CHAPTERS:
-            raise SigmafmuError(f"there is no chapter {name}; there are {', '.join(CHAPTERS)}")
-    chapters = load(tuple(name for name in CHAPTERS if not chapter or name in chapter))
-    mechanisms = list(MECHANISMS.values()) if subject.value == "all" else [MECHANISMS[subject.value]]
+        if name not in known:
+            raise SigmafmuError(f"there is no chapter {name}; there are {', '.join(known)}")
+    chapters = load(tuple(name for name in known if not chapter or name in chapter))
+    every = [*MECHANISMS.values(), *FLEXIBLE_MODELS]
+    mechanisms = [MECHANISMS[subject.value]] if subject.value in MECHANISMS else every
     work = runner.jobs(chapters, mechanisms, quick)
     with progress_bar(err, f"study {subject.value}", len(work), unit="cells") as move_to:
         done = iter(range(1, len(work) + 1))

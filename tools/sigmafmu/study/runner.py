@@ -80,7 +80,7 @@ def run(work: Sequence[Job], folder: Path, workers: int, advance: Callable[[], N
 def write_report(chapters: Iterable[Chapter], results: dict[str, Results], folder: Path, command: str) -> Path:
     """Every chapter's files, and README.md with all sections."""
     parts = [
-        "# Study of the σ-modified generalized-α method\n\n"
+        "# Study of the integration methods\n\n"
         f"Written by `{command}` on {bench.machine()}. Errors are against independent solutions in minimal coordinates "
         "(`sigmafmu.reference.minimal_coordinates`). The story is in `docs/study.md`.\n"
     ]
