@@ -320,10 +320,6 @@ def test_accelerations_are_the_derivatives_of_the_velocities(new, model):
 MOTION = {"velocity": "acceleration", "angularVelocity": "angularAcceleration"}
 
 
-def angular_velocities(instance: Instance) -> np.ndarray:
-    return np.array([instance.get(f"{body}.angularVelocity") for body in bodies(instance.fmu)])
-
-
 @pytest.mark.parametrize("model", ["SliderCrank"])
 def test_reactions_balance_the_motion(motion):
     """Newton and Euler for every body of the slider-crank, in W, from the outputs alone: m (ẍ − g) = Σ f and so on."""

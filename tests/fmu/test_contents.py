@@ -183,6 +183,7 @@ def test_markup_is_not_taken_for_html(markdown):
 
 LICENSES = {
     "sigmafmu-BSD-3-Clause.txt": ("BSD 3-Clause License", "POSSIBILITY OF SUCH DAMAGE."),
+    "nlohmann-json-MIT.txt": ("MIT License", "OTHER DEALINGS IN THE SOFTWARE."),
     "MPL-2.0.txt": ("Mozilla Public License Version 2.0", "Mozilla Public License, v. 2.0."),
     "Apache-2.0.txt": ("Apache License", "limitations under the License."),
     "FMI-BSD-2-Clause.txt": ("Copyright (C) 2008-2011 MODELISAR consortium", "POSSIBILITY OF SUCH DAMAGE."),

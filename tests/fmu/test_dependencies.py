@@ -203,8 +203,8 @@ def test_directional_derivatives_exist_during_initialization_and_after_the_end(n
 
 def derivative_and_difference(
     instance: Instance, time: float, delta: float, step: float, rates: Mapping[str, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Output derivatives at `time`, and the difference of outputs over ± delta around it."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Output derivatives at `time`, the difference of outputs over ± delta around it, and the rounding in that."""
     outputs, values = real_outputs(instance.fmu), []
     instance.start(full_inertias(instance.fmu) | {"integrator.stepSize": step})
     for H in (time - delta, delta, delta):
@@ -213,7 +213,7 @@ def derivative_and_difference(
             derivative = instance.output_derivatives(outputs)
         instance.step(H)
         values.append(instance.reals(outputs))
-    return derivative, (values[2] - values[0]) / (2 * delta)
+    return derivative, (values[2] - values[0]) / (2 * delta), 16 * EPS * np.abs(values[1]) / delta
 
 
 def largest_by_unit(fmu: Fmu, values: np.ndarray) -> dict[str, float]:
@@ -231,22 +231,25 @@ def test_output_derivatives_are_those_of_the_motion(new, model, moving):
     fmu, scale = probe.fmu, fastest_rotation(probe.start())
     rates = {name: 1.0 + 0.1 * i if moving else 0.0 for i, name in enumerate(inputs(fmu))}  # N/s, N m/s
     delta = 0.02 / scale
-    (derivative, coarse), (_, fine) = (
+    (derivative, coarse, _), (_, fine, rounding) = (
         derivative_and_difference(new(model), 0.5 / scale, d, delta / 200, rates) for d in (delta, delta / 2)
     )
     sizes = largest_by_unit(fmu, derivative)
     errors = [largest_by_unit(fmu, difference - derivative) for difference in (coarse, fine)]
     extrapolated = largest_by_unit(fmu, (4 * fine - coarse) / 3 - derivative)
+    noise = largest_by_unit(fmu, CANCELLATION.get(model, 1.0) * rounding)
     largest = max(sizes.values())
     if largest == 0.0:
         assert not moving
         pytest.skip("at rest")
     for unit, size in sizes.items():
-        if size <= 1e-12 * largest:  # rounding of accelerations that joints prevent
-            assert errors[0][unit] <= 1e-9 * largest, unit
+        if size <= 1e-9 * largest:  # rounding of accelerations that joints prevent
+            assert errors[0][unit] <= 1e-8 * largest, unit
             continue
-        assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
-        assert extrapolated[unit] <= 1e-6 * size, unit  # (delta · rotation)⁴ = 1.6e-7, times a small factor
+        if errors[1][unit] > 100 * noise[unit]:
+            assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
+        # (delta · rotation)⁴ = 1.6e-7, times a small factor
+        assert extrapolated[unit] <= 1e-6 * size + noise[unit], unit
 
 
 def test_rotation_vector_has_a_derivative_where_it_jumps(new):

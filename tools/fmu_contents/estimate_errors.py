@@ -24,7 +24,7 @@ NEGLIGIBLE = 1e-3
 """Own errors below this part of the reference's count as none: they are rounding, and differ between platforms."""
 
 ROUNDING = 1e-16
-"""Own errors are stated as this if they are smaller: of a velocity that a joint keeps at zero nothing but rounding is left."""
+"""Smaller own errors are stated as this: they are rounding, for example of a velocity that a joint keeps at zero."""
 
 
 def own_errors(fmu: Fmu, variables: list[str], times: np.ndarray) -> dict[str, float]:
