@@ -6,6 +6,7 @@ the inputs are set to large values, which lifts a true dependency far above the 
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 
@@ -216,9 +217,15 @@ def derivative_and_difference(
     return derivative, (values[2] - values[0]) / (2 * delta), 16 * EPS * np.abs(values[1]) / delta
 
 
+PREVENTED = {"SpinUpBeam": re.compile(r".*\.angularAcceleration\[[12]\]")}
+"""Outputs that the joints keep at zero; what cancels is so large that rounding exceeds the test's figures."""
+
+
 def largest_by_unit(fmu: Fmu, values: np.ndarray) -> dict[str, float]:
-    units = np.array([fmu.variables[name].unit for name in real_outputs(fmu)])
-    return {unit: np.abs(values[units == unit]).max() for unit in sorted(set(units))}
+    names = real_outputs(fmu)
+    prevented = PREVENTED.get(fmu.name, re.compile("(?!)"))
+    units = np.array(["" if prevented.fullmatch(name) else fmu.variables[name].unit for name in names])
+    return {unit: np.abs(values[units == unit]).max() for unit in sorted(set(units) - {""})}
 
 
 @pytest.mark.parametrize("moving", [False, True], ids=["inputs at rest", "inputs in motion"])
