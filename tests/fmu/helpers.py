@@ -2,6 +2,7 @@
 
 import ctypes
 import itertools
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
@@ -246,6 +247,15 @@ def orders(errors: Iterable[float]) -> np.ndarray:
     """Observed orders of errors at halved step sizes."""
     errors = np.asarray(list(errors))
     return np.log2(errors[:-1] / errors[1:])
+
+
+def fastest_rotation(instance: Instance) -> float:
+    """Largest angular velocity, rad/s, at least 1: the time scale of the motion, vibrations included."""
+    rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
+    for path in (instance.fmu.directory / "resources").glob("*.json"):
+        held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
+        rates.append(1.5 * 2 * np.pi * held)
+    return max(1.0, *rates)
 
 
 def rotation_matrix(quaternion: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from .helpers import (
     NEWTONS,
     Instance,
     bodies,
+    fastest_rotation,
     flexible_bodies,
     orders,
     rotation_matrix,
@@ -296,7 +297,7 @@ def test_energy_is_conserved(new, model):
 
 def test_accelerations_are_the_derivatives_of_the_velocities(new, model):
     """Third-order one-sided differences over small steps; the internal step is finer still."""
-    speed = max(1.0, *np.linalg.norm(angular_velocities(new(model).start()), axis=1))
+    speed = fastest_rotation(new(model).start())
     delta = 0.0025 / speed
     instance = new(model).start({"integrator.stepSize": delta / 50})
     instance.step(0.3 / speed)
@@ -309,15 +310,14 @@ def test_accelerations_are_the_derivatives_of_the_velocities(new, model):
         values.append(instance.reals(names))
     found = ((-11 * values[0] + 18 * values[1] - 9 * values[2] + 2 * values[3]) / (6 * delta)).reshape(-1, 2, 3)
     scale = np.abs(expected).max(axis=(0, 2), keepdims=True)
+    if not scale.any():
+        pytest.skip("at rest")
+    scale = np.maximum(scale, 1e-6 * scale.max())  # a joint may prevent all accelerations of a kind
     # Truncation: (δ ω)³ / 4 = 4e-9 of the acceleration, for the small bodies of a mechanism a hundred times more.
     np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=1e-6)
 
 
 MOTION = {"velocity": "acceleration", "angularVelocity": "angularAcceleration"}
-
-
-def angular_velocities(instance: Instance) -> np.ndarray:
-    return np.array([instance.get(f"{body}.angularVelocity") for body in bodies(instance.fmu)])
 
 
 @pytest.mark.parametrize("model", ["SliderCrank"])

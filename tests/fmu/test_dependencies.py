@@ -6,6 +6,7 @@ the inputs are set to large values, which lifts a true dependency far above the 
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 
@@ -14,7 +15,17 @@ import pytest
 
 from sigmafmu.fmu import Fmu
 
-from .helpers import EPS, Instance, bodies, inputs, integer_outputs, orders, real_outputs, rigid_bodies
+from .helpers import (
+    EPS,
+    Instance,
+    bodies,
+    fastest_rotation,
+    inputs,
+    integer_outputs,
+    orders,
+    real_outputs,
+    rigid_bodies,
+)
 
 LARGE = 1e9  # N or N m: responses exceed all other accelerations and reactions by orders of magnitude
 ROUNDING = 1e4 * EPS  # of a response, against the largest of its kind: the equations' condition times a few digits
@@ -94,8 +105,8 @@ def largest_of_kind(fmu: Fmu, outputs: list[str], slopes: np.ndarray) -> np.ndar
     """For every slope the largest |slope| among outputs of its unit and inputs of its unit.
 
     Unless these are nothing but rounding of all slopes that compare with them, for example accelerations due to forces
-    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and linear
-    of angular accelerations.
+    that the joints take up: then the largest of those counts, in their unit. A length makes forces of torques and
+    linear accelerations of angular ones.
     """
     rows, columns = (np.array([fmu.variables[name].unit for name in names]) for names in (outputs, inputs(fmu)))
     scale = np.zeros_like(slopes)
@@ -191,19 +202,10 @@ def test_directional_derivatives_exist_during_initialization_and_after_the_end(n
 # --- output derivatives ----------------------------------------------------------------------------------------------
 
 
-def fastest_rotation(instance: Instance) -> float:
-    """Largest angular velocity, rad/s, at least 1: the time scale of the motion; vibrations of flexible bodies count."""
-    rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
-    for path in (instance.fmu.directory / "resources").glob("*.json"):
-        held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
-        rates.append(1.5 * 2 * np.pi * held)
-    return max(1.0, *rates)
-
-
 def derivative_and_difference(
     instance: Instance, time: float, delta: float, step: float, rates: Mapping[str, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Output derivatives at `time`, and the difference of outputs over ± delta around it."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Output derivatives at `time`, the difference of outputs over ± delta around it, and the rounding in that."""
     outputs, values = real_outputs(instance.fmu), []
     instance.start(full_inertias(instance.fmu) | {"integrator.stepSize": step})
     for H in (time - delta, delta, delta):
@@ -212,12 +214,18 @@ def derivative_and_difference(
             derivative = instance.output_derivatives(outputs)
         instance.step(H)
         values.append(instance.reals(outputs))
-    return derivative, (values[2] - values[0]) / (2 * delta)
+    return derivative, (values[2] - values[0]) / (2 * delta), 16 * EPS * np.abs(values[1]) / delta
+
+
+PREVENTED = {"SpinUpBeam": re.compile(r".*\.angularAcceleration\[[12]\]")}
+"""Outputs that the joints keep at zero; what cancels is so large that rounding exceeds the test's figures."""
 
 
 def largest_by_unit(fmu: Fmu, values: np.ndarray) -> dict[str, float]:
-    units = np.array([fmu.variables[name].unit for name in real_outputs(fmu)])
-    return {unit: np.abs(values[units == unit]).max() for unit in sorted(set(units))}
+    names = real_outputs(fmu)
+    prevented = PREVENTED.get(fmu.name, re.compile("(?!)"))
+    units = np.array(["" if prevented.fullmatch(name) else fmu.variables[name].unit for name in names])
+    return {unit: np.abs(values[units == unit]).max() for unit in sorted(set(units) - {""})}
 
 
 @pytest.mark.parametrize("moving", [False, True], ids=["inputs at rest", "inputs in motion"])
@@ -230,22 +238,25 @@ def test_output_derivatives_are_those_of_the_motion(new, model, moving):
     fmu, scale = probe.fmu, fastest_rotation(probe.start())
     rates = {name: 1.0 + 0.1 * i if moving else 0.0 for i, name in enumerate(inputs(fmu))}  # N/s, N m/s
     delta = 0.02 / scale
-    (derivative, coarse), (_, fine) = (
+    (derivative, coarse, _), (_, fine, rounding) = (
         derivative_and_difference(new(model), 0.5 / scale, d, delta / 200, rates) for d in (delta, delta / 2)
     )
     sizes = largest_by_unit(fmu, derivative)
     errors = [largest_by_unit(fmu, difference - derivative) for difference in (coarse, fine)]
     extrapolated = largest_by_unit(fmu, (4 * fine - coarse) / 3 - derivative)
+    noise = largest_by_unit(fmu, CANCELLATION.get(model, 1.0) * rounding)
     largest = max(sizes.values())
     if largest == 0.0:
         assert not moving
         pytest.skip("at rest")
     for unit, size in sizes.items():
-        if size <= 1e-12 * largest:  # rounding of accelerations that joints prevent
-            assert errors[0][unit] <= 1e-9 * largest, unit
+        if size <= 1e-9 * largest:  # rounding of accelerations that joints prevent
+            assert errors[0][unit] <= 1e-8 * largest, unit
             continue
-        assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
-        assert extrapolated[unit] <= 1e-6 * size, unit  # (delta · rotation)⁴ = 1.6e-7, times a small factor
+        if errors[1][unit] > 100 * noise[unit]:
+            assert orders([e[unit] for e in errors])[0] == pytest.approx(2.0, abs=0.1), unit
+        # (delta · rotation)⁴ = 1.6e-7, times a small factor
+        assert extrapolated[unit] <= 1e-6 * size + noise[unit], unit
 
 
 def test_rotation_vector_has_a_derivative_where_it_jumps(new):

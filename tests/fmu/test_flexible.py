@@ -135,17 +135,13 @@ def test_initial_modal_values_are_taken(new):
     instance = new("FlexiblePendulum").start({"beam.initialModal": modal, "beam.initialModalRate": rate})
     np.testing.assert_allclose(instance.get("beam.modal"), modal, rtol=0, atol=4 * EPS)
     np.testing.assert_allclose(instance.get("beam.modalRate"), rate, rtol=0, atol=64 * EPS)
-    # ξ², ξ³ are 1 at the tip, in y and in z; R = I
-    deflection = np.array([0.0, modal[0] + modal[1], modal[2] + modal[3]])
-    np.testing.assert_allclose(instance.get("tip.deflection"), deflection, rtol=0, atol=8 * EPS)
-    np.testing.assert_allclose(instance.get("tip.position"), [1, 0, 0] + deflection, rtol=0, atol=8 * EPS)
-    xi = 0.4
-    station = np.array([xi, *(deflection[1:] * 0)]) + [
-        0,
-        modal[0] * xi**2 + modal[1] * xi**3,
-        modal[2] * xi**2 + modal[3] * xi**3,
-    ]
-    np.testing.assert_allclose(instance.get("beam.station2.position"), station, rtol=0, atol=8 * EPS)
+    # ξ², ξ³ in y and in z; R = I
+    for name, xi in (("tip", 1.0), ("beam.station2", 0.4)):
+        y, z = (modal[k] * xi**2 + modal[k + 1] * xi**3 for k in (0, 2))
+        np.testing.assert_allclose(instance.get(f"{name}.position"), [xi, y, z], rtol=0, atol=8 * EPS)
+    np.testing.assert_allclose(
+        instance.get("tip.deflection"), [0.0, modal[0] + modal[1], modal[2] + modal[3]], rtol=0, atol=8 * EPS
+    )
 
 
 def test_spin_up_beam_stays_at_rest_without_torque(new):

@@ -23,6 +23,9 @@ STEP = "integrator.stepSize"
 NEGLIGIBLE = 1e-3
 """Own errors below this part of the reference's count as none: they are rounding, and differ between platforms."""
 
+ROUNDING = 1e-16
+"""Smaller own errors are stated as this: they are rounding, for example of a velocity that a joint keeps at zero."""
+
 
 def own_errors(fmu: Fmu, variables: list[str], times: np.ndarray) -> dict[str, float]:
     """Largest error of each variable at the `times` (equally spaced), in its unit."""
@@ -57,7 +60,7 @@ def write(model: str) -> Path:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["variable", "unit", "reference_error", "own_error"])
         for name in variables:
-            stated, own = stated_error(header, name), round_up(errors[name])
+            stated, own = stated_error(header, name), round_up(max(errors[name], ROUNDING))
             table.writerow([name, GROUPS[group_of(name)], stated, own if own > NEGLIGIBLE * stated else 0.0])
     return path
 
