@@ -38,6 +38,17 @@ def names_of(settings: dict) -> str:
 # --- the parameters --------------------------------------------------------------------------------------------------
 
 
+OBSERVED = {
+    "FlexiblePendulum": "beam",
+    "FlexibleSliderCrank": "rod",
+    "HeavyTop": "top",
+    "HighSpeedRotor": "rotor",
+    "SliderCrank": "rod",
+    "SpinUpBeam": "beam",
+}
+"""Model → the body to look at."""
+
+
 def test_every_combination_runs_and_they_agree(new, model):
     """48 of them over ten steps, within a thousandth of the largest number; no two methods, groups or maps alike."""
     ends = {}
@@ -46,12 +57,14 @@ def test_every_combination_runs_and_they_agree(new, model):
         settings = {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
         instance = new(model).start(settings)
         instance.steps(instance.get("integrator.stepSize"), 10)
-        body = {"HeavyTop": "top", "HighSpeedRotor": "rotor", "SliderCrank": "rod"}[model]
+        body = OBSERVED[model]
         ends[values] = np.concatenate([instance.get(f"{body}.{n}") for n in ("quaternion", "velocity")])
         instance.free()
     exact = ends["rkmk54", "R3xSO3", "exp", "quaternion"]
     for values, end in ends.items():
         assert np.abs(end - exact).max() <= 1e-3 * (1 + np.abs(exact).max()), values
+    if model in {"FlexiblePendulum", "SpinUpBeam"}:
+        return  # a frame that turns about its own origin, where groups are alike; a mechanism at rest
     distinct = {values: end.tobytes() for values, end in ends.items() if values[3] == "quaternion"}
     assert len(set(distinct.values())) == len(distinct)
 
@@ -195,6 +208,8 @@ def test_a_tolerance_that_cannot_be_met_is_told(new, model):
     """With the estimated error, the body and the last successful time; the outputs stay."""
     settings = {"integrator.method": "rkmk54", "integrator.relativeTolerance": 0.0}
     instance = new(model).start(settings | {"integrator.absoluteTolerance": 1e-200})
+    if instance.get("energy.kinetic") == 0.0:
+        pytest.skip("at rest, which every tolerance allows")
     before = instance.reals(instance.all_outputs[0])
     message = instance.refusal(instance.slave.doStep, 0.0, 1e-3)
     assert (message.status, message.category) == ("discard", "logStatusDiscard")
