@@ -58,6 +58,12 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
       ++state.counters.jacobian_evaluations;
       if (!renew_matrix(state)) {
         failure.reason = StepFailure::Reason::singular;
+        if (!std::isfinite(r_.squaredNorm())) {  // forces that overflow in the factorization
+          Eigen::Index largest = 0;
+          r_.head(6 * system_.body_count()).cwiseAbs().maxCoeff(&largest);
+          failure.reason = StepFailure::Reason::not_finite;
+          failure.body = static_cast<int>(largest) / kVelocitiesPerBody;
+        }
         return false;
       }
     }

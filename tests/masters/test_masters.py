@@ -66,8 +66,10 @@ def test_a_decimal_step_differs_by_rounding_only(fmu, model, tool):
     """FMPy passes t[i+1] - t[i] to doStep, the others H itself or whole nanoseconds: those differ in the last bits.
 
     What follows from that is rounding in up to 2e4 internal steps, amplified by the rotor's stiff supports. Measured:
-    4e-11 of the largest value with the same unit; the bound leaves a factor 25 for other processors.
+    4e-11 of the largest value with the same unit; the bound leaves a factor 25 for other processors. Where all values of
+    a unit are rounding, as at a frame's origin that a joint holds, so are the differences.
     """
+    rounding = 1e-12
     need(tool)
     run = Run(fmu(model), 1e-3, 100, PARAMETERS)
     expected, got = FmpyMaster().simulate(run), tool.simulate(run)
@@ -76,7 +78,9 @@ def test_a_decimal_step_differs_by_rounding_only(fmu, model, tool):
         unit = run.fmu.variables[name].unit
         scale[unit] = max(scale.get(unit, 0.0), np.max(np.abs(values)))
     for name in run.outputs("Real"):
-        assert np.max(np.abs(got[name] - expected[name])) <= 1e-9 * scale[run.fmu.variables[name].unit], name
+        assert np.max(np.abs(got[name] - expected[name])) <= max(
+            rounding, 1e-9 * scale[run.fmu.variables[name].unit]
+        ), name
 
 
 def test_our_own_loop_gets_the_bits_of_fmpy(fmu, model):
