@@ -66,8 +66,8 @@ def test_a_decimal_step_differs_by_rounding_only(fmu, model, tool):
     """FMPy passes t[i+1] - t[i] to doStep, the others H itself or whole nanoseconds: those differ in the last bits.
 
     What follows from that is rounding in up to 2e4 internal steps, amplified by the rotor's stiff supports. Measured:
-    4e-11 of the largest value with the same unit; the bound leaves a factor 25 for other processors. Where all values of
-    a unit are rounding, as at a frame's origin that a joint holds, so are the differences.
+    4e-11 of the largest value with the same unit; the bound leaves a factor 25 for other processors. Where all values
+    of a unit are rounding, as at a frame's origin that a joint holds, so are the differences.
     """
     rounding = 1e-12
     need(tool)

@@ -82,7 +82,8 @@ def write_report(chapters: Iterable[Chapter], results: dict[str, Results], folde
     parts = [
         "# Study of the integration methods\n\n"
         f"Written by `{command}` on {bench.machine()}. Errors are against independent solutions in minimal coordinates "
-        "(`sigmafmu.reference.minimal_coordinates`). The story is in `docs/study.md`.\n"
+        "(`sigmafmu.reference.minimal_coordinates`, `sigmafmu.reference.flexible`). The story is in `docs/study.md`, "
+        "`docs/methods.md` and `docs/flexible.md`.\n"
     ]
     for chapter in chapters:
         if chapter.name in results:
