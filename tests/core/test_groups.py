@@ -215,3 +215,21 @@ def test_quaternions_stay_unit_over_100_000_steps(method, absolute):
     run = simulation(PROBLEMS["FreeBody"].make(), step_size=1e-2, **settings, **FIXED_STEPS)
     run.run(1000.0, 100_000)
     assert abs(np.linalg.norm(run.state.q[3:]) - 1.0) <= 4 * EPS
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1.0, 2.0, None], ids=["geom1", "1", "2", "gamma/(3 beta)"])
+@pytest.mark.parametrize(
+    ("local_coordinates", "part"), [(MAPS["cayley"], 1.0), (MAPS["cayley2"], 0.25)], ids=["cayley", "cayley2"]
+)
+def test_lag_of_a_steady_spin_with_cayley_maps(local_coordinates, part, sigma):
+    """(12) says it: (1/12 - σβ/(4γ)) (hω)³ per step for Cayley, a quarter for Cayley2, none for σ = γ/(3β)."""
+    h, steps, spin = 1e-5, 100, 20944.0
+    alpha = _core.AlphaParameters(0.9)
+    sigma = alpha.gamma / (3 * alpha.beta) if sigma is None else sigma
+    run = simulation("HighSpeedRotor", step_size=h, local_coordinates=local_coordinates, sigma=sigma, **TIGHT)
+    run.run(steps * h, steps)
+    angle = 2 * np.arctan2(run.state.q[4], run.state.q[3])
+    lag = np.angle(np.exp(1j * (spin * steps * h - angle))) / steps
+    phi = h * spin
+    expected = part * (1 / 12 - sigma * alpha.beta / (4 * alpha.gamma)) * phi**3
+    assert abs(lag - expected) <= 0.1 * phi**5  # the next term
