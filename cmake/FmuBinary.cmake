@@ -33,7 +33,7 @@ set(SIGMAFMU_SYMBOLS ${CMAKE_CURRENT_LIST_DIR}/fmi2.map)
 # A library named like the model that shows nothing but fmi2*: no clash with other FMUs in the process.
 function(sigmafmu_add_binary model)
   add_library(${model} MODULE ${ARGN})
-  set_target_properties(${model} PROPERTIES PREFIX "" DEFINE_SYMBOL "")  # no -D<model>_EXPORTS: it defeats caches
+  set_target_properties(${model} PROPERTIES PREFIX "")
   if(NOT APPLE AND NOT WIN32)
     target_link_options(${model} PRIVATE -Wl,--version-script=${SIGMAFMU_SYMBOLS} -Wl,--gc-sections)
     set_target_properties(${model} PROPERTIES LINK_DEPENDS ${SIGMAFMU_SYMBOLS})

@@ -19,7 +19,6 @@ import ziglang
 
 ROOT = Path(__file__).parents[1]
 TOOLCHAINS = sorted(path for path in (ROOT / "cmake" / "toolchains").glob("*64.cmake"))
-CACHED = ["-D", "CMAKE_CXX_DEPENDS_USE_COMPILER=FALSE"]  # Zig finds no object in its cache if it is asked for a depfile
 
 
 def run(command: list[str | Path], environment: dict[str, str]) -> None:
@@ -55,9 +54,9 @@ def main() -> None:
             print(f"release: {fmu.stem} for {toolchain.stem} ", end="", flush=True)
             start = time.monotonic()
             build = work / "build" / f"{fmu.stem}-{toolchain.stem}"
-            configure = ["cmake", "--fresh", "-G", "Unix Makefiles", "-S", tree / "sources", "-B", build]
-            run([*configure, "--toolchain", toolchain, *CACHED], environment)
-            run(["cmake", "--build", build, "--parallel", str(os.cpu_count()), "--target", "install"], environment)
+            configure = ["cmake", "--fresh", "-G", "Ninja", "-S", tree / "sources", "-B", build]
+            run([*configure, "--toolchain", toolchain], environment)
+            run(["cmake", "--build", build, "--target", "install"], environment)
             print(f"({time.monotonic() - start:.0f} s)", flush=True)
         packed = shutil.make_archive(str(work / fmu.stem), "zip", tree)
         shutil.move(packed, options.output / fmu.name)
