@@ -64,9 +64,9 @@ class LgtWork:
         """A diagram and tables for each mechanism."""
         parts = [
             "CPU time of a whole run without output against the largest position error; default settings, every point "
-            "one step size (rkmk54: one tolerance), nothing else running. Grey: Exudyn, in the ways that are fastest "
-            "in *Work and precision*, in the same run. Tables: time [ms] to one accuracy, interpolated; ≤: the largest "
-            "step is good enough already; –: not reached.\n"
+            "one step size (rkmk54: one tolerance), nothing else of the study running. Grey: Exudyn, in the ways that "
+            "are fastest in *Work and precision*, in the same run. Tables: time [ms] to one accuracy, interpolated; ≤: "
+            "the largest step is good enough already; –: not reached.\n"
         ]
         for mechanism, found in results.items():
             curves = [Curve(key, cell) for key, cell in found.items()]  # of ours: method, code, group, map
