@@ -71,8 +71,14 @@ def main() -> None:
     for name in COPIED:
         shutil.copyfile(CMAKE / name, out / name)
     names = [place(source, roots).as_posix() for source in sources]
-    template = (CMAKE / TEMPLATE).read_text()
-    lists = template.replace("@MODEL@", options.model).replace("@SOURCES@", "\n  ".join(names))
+    own = [f"models/{options.model}.cpp", "model.cpp"]
+    lists = (CMAKE / TEMPLATE).read_text()
+    for key, text in {
+        "MODEL": options.model,
+        "MODEL_SOURCES": " ".join(own),
+        "SHARED_SOURCES": "\n  ".join(name for name in names if name not in own),
+    }.items():
+        lists = lists.replace(f"@{key}@", text)
     (out / "CMakeLists.txt").write_text(lists)
     build_description(options.model, names).write(out / "buildDescription.xml", encoding="UTF-8", xml_declaration=True)
 

@@ -3,7 +3,8 @@
     python tools/release.py build/release/fmus dist
 
 The compiler is Zig's (package ziglang), which needs some minutes on the first run: it compiles the C++ library of each
-platform. Each FMU is rebuilt from what it contains, so this also shows that its sources are complete.
+platform. Each FMU is rebuilt from what it contains, so this also shows that its sources are complete; what the FMUs
+share is compiled once for each platform.
 """
 
 import argparse
@@ -28,6 +29,21 @@ def run(command: list[str | Path], environment: dict[str, str]) -> None:
         sys.exit(f"release: {' '.join(map(str, command))} failed:\n{done.stdout}")
 
 
+def unpack(fmu: Path, tree: Path) -> None:
+    """Makes the folder hold the files of an FMU. Those that are the same already keep their time: nothing to compile."""
+    with zipfile.ZipFile(fmu) as archive:
+        contents = {tree / name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
+    for path in sorted(tree.rglob("*"), reverse=True):  # what is in a folder comes before it
+        if path.is_dir() and not any(path.iterdir()):
+            path.rmdir()
+        elif path.is_file() and path not in contents:
+            path.unlink()
+    for file, content in contents.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not file.is_file() or file.read_bytes() != content:
+            file.write_bytes(content)
+
+
 def main() -> None:
     """Reads the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -44,18 +60,15 @@ def main() -> None:
         "ZIG_GLOBAL_CACHE_DIR": str(work / "zig-cache"),
     }
     options.output.mkdir(parents=True, exist_ok=True)
-    tree = work / "fmu"  # the same path for all: what they share is then found in the compiler's cache
+    tree = work / "fmu"  # one folder for all, in turns: CMake finds what they share compiled
     for fmu in fmus:
-        shutil.rmtree(tree, ignore_errors=True)
-        with zipfile.ZipFile(fmu) as archive:
-            archive.extractall(tree)
+        unpack(fmu, tree)
         shutil.rmtree(tree / "binaries")
         for toolchain in TOOLCHAINS:
             print(f"release: {fmu.stem} for {toolchain.stem} ", end="", flush=True)
             start = time.monotonic()
-            build = work / "build" / f"{fmu.stem}-{toolchain.stem}"
-            configure = ["cmake", "--fresh", "-G", "Ninja", "-S", tree / "sources", "-B", build]
-            run([*configure, "--toolchain", toolchain], environment)
+            build = work / toolchain.stem
+            run(["cmake", "-G", "Ninja", "-S", tree / "sources", "-B", build, "--toolchain", toolchain], environment)
             run(["cmake", "--build", build, "--target", "install"], environment)
             print(f"({time.monotonic() - start:.0f} s)", flush=True)
         packed = shutil.make_archive(str(work / fmu.stem), "zip", tree)

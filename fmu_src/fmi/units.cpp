@@ -1,6 +1,7 @@
-#include <algorithm>
+#include "fmi/units.h"
 
-#include "fmi/variables.h"
+#include <algorithm>
+#include <limits>
 
 namespace sigmafmu {
 

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "lie/r3xso3.h"
+
 namespace sigmafmu {
 namespace {
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "integrator/kkt_layout.h"
+#include "lie/r3xso3.h"
 
 namespace sigmafmu {
 

@@ -1,13 +1,13 @@
 // Kinematic state of one body, and the matrix types every element shares.
 #pragma once
 
-#include "lie/r3xso3.h"
+#include <Eigen/Core>
 
 namespace sigmafmu {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using lie::Vector6d;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // Positions (p_WB, quat_WB) and velocities v = (v_WB, w_WB_B) of a body's frame; modal ones of flexible bodies are

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lie/r3xso3.h"
+
 namespace sigmafmu {
 namespace {
 

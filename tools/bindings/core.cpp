@@ -17,6 +17,7 @@
 #include "fmi/variables.h"
 #include "integrator/integrator.h"
 #include "integrator/spin_sigma.h"
+#include "lie/r3xso3.h"
 #include "mechanism.h"
 #include "mechanisms.h"
 

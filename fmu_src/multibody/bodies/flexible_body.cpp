@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lie/isotropic_operator.h"
+
 namespace sigmafmu {
 namespace {
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "multibody/joints/primitives_inline.h"
+
 namespace sigmafmu {
 namespace {
 
