@@ -14,11 +14,13 @@ import subprocess
 import sys
 import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import ziglang
 
 ROOT = Path(__file__).parents[1]
+WORK = ROOT / "build" / "cross"
 TOOLCHAINS = sorted(path for path in (ROOT / "cmake" / "toolchains").glob("*64.cmake"))
 
 
@@ -30,7 +32,7 @@ def run(command: list[str | Path], environment: dict[str, str]) -> None:
 
 
 def unpack(fmu: Path, tree: Path) -> None:
-    """Makes the folder hold the files of an FMU. Those that are the same already keep their time: nothing to compile."""
+    """Makes the folder hold the files of an FMU. Equal files keep their time, so that nothing is compiled again."""
     with zipfile.ZipFile(fmu) as archive:
         contents = {tree / name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
     for path in sorted(tree.rglob("*"), reverse=True):  # what is in a folder comes before it
@@ -44,6 +46,17 @@ def unpack(fmu: Path, tree: Path) -> None:
             file.write_bytes(content)
 
 
+def compile_for(toolchain: Path, tree: Path) -> None:
+    """Adds the binary of a platform to an unpacked FMU."""
+    environment = os.environ | {
+        "ZIG": str(Path(ziglang.__file__).with_name("zig")),
+        "ZIG_GLOBAL_CACHE_DIR": str(WORK / "zig-cache"),
+    }
+    build = WORK / toolchain.stem
+    run(["cmake", "-G", "Ninja", "-S", tree / "sources", "-B", build, "--toolchain", toolchain], environment)
+    run(["cmake", "--build", build, "--target", "install"], environment)
+
+
 def main() -> None:
     """Reads the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -54,24 +67,18 @@ def main() -> None:
     if not fmus:
         sys.exit(f"release: no FMU in {options.fmus}; `make build` makes them.")
 
-    work = ROOT / "build" / "cross"
-    environment = os.environ | {
-        "ZIG": str(Path(ziglang.__file__).with_name("zig")),
-        "ZIG_GLOBAL_CACHE_DIR": str(work / "zig-cache"),
-    }
     options.output.mkdir(parents=True, exist_ok=True)
-    tree = work / "fmu"  # one folder for all, in turns: CMake finds what they share compiled
+    platforms = " and ".join(toolchain.stem for toolchain in TOOLCHAINS)
+    tree = WORK / "fmu"  # one folder for all, in turns: CMake finds what they share compiled
     for fmu in fmus:
         unpack(fmu, tree)
         shutil.rmtree(tree / "binaries")
-        for toolchain in TOOLCHAINS:
-            print(f"release: {fmu.stem} for {toolchain.stem} ", end="", flush=True)
-            start = time.monotonic()
-            build = work / toolchain.stem
-            run(["cmake", "-G", "Ninja", "-S", tree / "sources", "-B", build, "--toolchain", toolchain], environment)
-            run(["cmake", "--build", build, "--target", "install"], environment)
-            print(f"({time.monotonic() - start:.0f} s)", flush=True)
-        packed = shutil.make_archive(str(work / fmu.stem), "zip", tree)
+        print(f"release: {fmu.stem} for {platforms} ", end="", flush=True)
+        start = time.monotonic()
+        with ThreadPoolExecutor() as pool:
+            list(pool.map(lambda toolchain: compile_for(toolchain, tree), TOOLCHAINS))
+        print(f"({time.monotonic() - start:.0f} s)", flush=True)
+        packed = shutil.make_archive(str(WORK / fmu.stem), "zip", tree)
         shutil.move(packed, options.output / fmu.name)
     print(f"release: {len(fmus)} FMUs in {options.output}")
 

@@ -137,7 +137,7 @@ def test_windows_binary_computes_what_the_one_of_linux_does(unpacked, runner, fm
     if not wine:
         pytest.skip("wine is not installed")
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu"]
-    windows = runner("run_fmu.exe", zig)
+    windows = runner("run_fmu.exe", [*zig, "-O3", "-s"])  # the flags of the FMUs: Zig compiles its libraries for each
     linux = runner("run_fmu", [os.environ.get("CXX", "g++"), "-x", "c"], "-ldl")
     released = poses([wine, windows], binary(unpacked(model), "win64"), model)
     assert_same_motion(released, poses([linux], binary(fmu(model).directory, "linux64"), model))
