@@ -14,7 +14,7 @@ BUILT := $(BUILD)/.installed
 SOURCE_DIRS := fmu_src models modelDescription tools
 BUILD_FILES := CMakeLists.txt cmake pyproject.toml README.md LICENSE tests/references docs/mechanisms.md docs/fmi.md docs/method.md
 SOURCES := $(shell find $(BUILD_FILES) $(SOURCE_DIRS) -name __pycache__ -prune -o -print 2>/dev/null)
-CPP      = $(shell find $(SOURCE_DIRS) tests -name '*.h' -o -name '*.cpp')
+CPP      = $(shell find $(SOURCE_DIRS) tests -name '*.h' -o -name '*.cpp' -o -name '*.c')
 
 # CMake presets find the tools, Eigen and the FMI headers of the private environment.
 IN_VENV := VIRTUAL_ENV="$(CURDIR)/$(VENV)" PATH="$(CURDIR)/$(BIN):$$PATH"

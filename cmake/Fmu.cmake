@@ -34,7 +34,8 @@ list(TRANSFORM SIGMAFMU_BINARY_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
 file(GLOB SIGMAFMU_CONTENTS CONFIGURE_DEPENDS tools/fmu_contents/*.py tools/fmu_contents/templates/*
      tools/fmu_contents/licenses/* models/images/*.png models/errors/*.csv tests/references/*.csv)
 list(APPEND SIGMAFMU_CONTENTS docs/mechanisms.md docs/fmi.md docs/method.md LICENSE)
-file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h)
+file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h
+     ${CMAKE_CURRENT_SOURCE_DIR}/models/*.h)
 
 set(SIGMAFMU_FMU_DIR ${CMAKE_CURRENT_BINARY_DIR}/fmus)
 file(MAKE_DIRECTORY ${SIGMAFMU_FMU_DIR})

@@ -1,72 +1,21 @@
-// Spatial rigid slider-crank (IFToMM library of computational benchmark problems; Holzinger, Arnold, Gerstmayr 2025,
-// section 7.3). One degree of freedom, 17 joint equations.
-#include <cmath>
-
-#include "mechanism.h"
+// Spatial rigid slider-crank. One degree of freedom.
+#include "slider_crank.h"
 
 namespace sigmafmu::models {
 
 Mechanism SliderCrank() {
-  Mechanism m;
-  m.name = "SliderCrank";
-  m.description = "Spatial slider-crank: crank, connecting rod and slider in a closed loop, under gravity";
-  m.stop_time = 5.0;
-  m.communication_step = 1e-3;
-  m.integrator.step_size = 1e-4;
-  m.multibody.gravity = {0, 0, -9.81};
-
-  const Vector3d ground_pivot(0, 0.1, 0.12);           // A
-  const double crank_length = 0.08, rod_length = 0.3;  // AB, BC
-
-  RigidBodyDef crank;  // z along the crank from A to B
-  crank.name = "crank";
-  crank.description = "crank";
-  crank.mass = 0.12;
-  crank.inertia = {1e-4, 1e-4, 1e-5};
-  crank.initial_position = {0, 0.1, 0.16};
-  crank.initial_velocity = {0, -0.24, 0};
-  crank.initial_angular_velocity = {6, 0, 0};
-  const int crank_index = m.multibody.add(crank);
-
-  RigidBodyDef rod;  // x from B to C
+  RigidBodyDef rod;
   rod.name = "rod";
   rod.description = "connecting rod";
   rod.mass = 0.5;
   rod.inertia = {4e-4, 4e-3, 4e-3};
   rod.initial_position = {0.1, 0.05, 0.1};
-  Matrix3d R;
-  R.col(0) = Vector3d(2, -1, -2) / 3;
-  R.col(1) = Vector3d(0, 2, -1) / std::sqrt(5.0);
-  R.col(2) = Vector3d(5, 2, 4) / (3 * std::sqrt(5.0));
-  // quaternion of R: trace(R) > 0 here
-  const double w = 0.5 * std::sqrt(1 + R.trace());
-  rod.initial_quaternion = {w, (R(2, 1) - R(1, 2)) / (4 * w), (R(0, 2) - R(2, 0)) / (4 * w),
-                            (R(1, 0) - R(0, 1)) / (4 * w)};
   rod.initial_velocity = {0.12, -0.24, 0};
-  rod.initial_angular_velocity = R.transpose() * Vector3d(1.92, -0.96, 0.48);
-  const int rod_index = m.multibody.add(rod);
 
-  RigidBodyDef slider;
-  slider.name = "slider";
-  slider.description = "slider on the x axis of W";
-  slider.mass = 2.0;
-  slider.inertia = {1e-4, 1e-4, 1e-4};
-  slider.initial_position = {0.2, 0, 0};
-  slider.initial_velocity = {0.24, 0, 0};
-  const int slider_index = m.multibody.add(slider);
-
-  const Matrix3d z_along_x = axes_with_z(Vector3d::UnitX());
-  m.multibody.add(JointDef{"crankPivot",
-                           JointType::revolute,
-                           kGround,
-                           {ground_pivot, z_along_x},
-                           crank_index,
-                           {{0, 0, -crank_length / 2}, z_along_x}});
-  m.multibody.add(JointDef{
-      "crankPin", JointType::spherical, crank_index, {{0, 0, crank_length / 2}}, rod_index, {{-rod_length / 2, 0, 0}}});
-  m.multibody.add(JointDef{"wristPin", JointType::universal, rod_index, {{rod_length / 2, 0, 0}}, slider_index, {}});
-  m.multibody.add(
-      JointDef{"guide", JointType::prismatic, kGround, {{0, 0, 0}, z_along_x}, slider_index, {{0, 0, 0}, z_along_x}});
+  Mechanism m = slider_crank(rod, {-kRodLength / 2, 0, 0}, {kRodLength / 2, 0, 0});
+  m.name = "SliderCrank";
+  m.description = "Spatial slider-crank: crank, connecting rod and slider in a closed loop, under gravity";
+  m.stop_time = 5.0;
   return m;
 }
 

@@ -112,26 +112,29 @@ bool ImplicitIntegrator::renew_matrix(const State& state) {
                                  settings_.is(Jacobian::full) ? derivative() : Derivative::none, factorization_);
 }
 
-// Increments of all unknowns, of which lambda_ and mu_ are done here.
+// Increments of all unknowns, of which lambda_ and mu_ are done here. Plain loops: joints have few equations.
 void ImplicitIntegrator::solve(const State& s) {
-  x_.head(system_.velocity_size()) = -scales_.scale * r_;
+  const bool velocity_level = settings_.is(Formulation::index2);
+  double* x = x_.data();
+  for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -scales_.scale * r_[i];
   for (int j = 0; j < system_.joint_count(); ++j) {
     const JointEvaluation& e = evaluation_.joints[j];
-    const int m = static_cast<int>(e.phi.size());
-    auto first = x_.segment(matrix_.lambda_offset(j), m);
-    if (settings_.is(Formulation::index2)) {
-      first = e.phidot / -scales_.gamma_prime;
-    } else {
-      first = -e.phi;
+    double* first = x + matrix_.lambda_offset(j);
+    double* second = stabilized_ ? x + matrix_.mu_offset(j) : nullptr;
+    for (int k = 0; k < e.phi.size(); ++k) {
+      const double rate = e.phidot[k] / scales_.gamma_prime;
+      first[k] = velocity_level ? -rate : -e.phi[k];
+      if (second) second[k] = e.phi[k] - rate;
     }
-    if (stabilized_) x_.segment(matrix_.mu_offset(j), m) = e.phi - e.phidot / scales_.gamma_prime;
   }
   const Factorization& f = settings_.is(Newton::modified) && !matrix_is_new_ ? s.jacobian : factorization_;
   matrix_.solve(f, x_);
   for (int j = 0; j < system_.joint_count(); ++j) {
-    const int m = system_.joint(j).equations();
-    lambda_.segment(system_.lambda_index(j), m) += x_.segment(matrix_.lambda_offset(j), m) / scales_.scale;
-    if (stabilized_) mu_.segment(system_.lambda_index(j), m) += x_.segment(matrix_.mu_offset(j), m);
+    const int first = system_.lambda_index(j);
+    for (int k = 0; k < system_.joint(j).equations(); ++k) {
+      lambda_[first + k] += x[matrix_.lambda_offset(j) + k] / scales_.scale;
+      if (stabilized_) mu_[first + k] += x[matrix_.mu_offset(j) + k];
+    }
   }
 }
 

@@ -186,7 +186,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
  private:
   // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of one body, the last V held fixed; theta - c without T in
-  // front where c is not transported.
+  // front where c is not transported. With canonical coordinates T(theta) theta = theta.
   SIGMAFMU_FLATTEN void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at,
                                   Derivative derivative, int i) {
     const PartVector theta = part(at.theta, i);
@@ -197,12 +197,12 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     PartMatrix G = PartMatrix::Identity();
     if (derivative == Derivative::exact) {
       PartVector w = (sigma - 1) / rule.gamma_prime * part(at.V, i);
-      PartMatrix d = PartMatrix::Identity();
-      if (rule.transported) {
-        w += theta - part(at.c, i);
-        d = Part::tangent(theta);
+      if (rule.transported) w -= part(at.c, i);
+      if (rule.transported && !Group::Coordinates::kCanonical) {
+        w += theta;
+        G = Part::tangent(theta);
       }
-      G = (d + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
+      G = (G + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
     }
     if (!identity_P) G = (tangents_.P_inverse[i] * G).eval();
     if constexpr (kMixed) {

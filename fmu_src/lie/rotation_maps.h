@@ -20,6 +20,7 @@ namespace sigmafmu::lie {
 
 // R = exp(hat(x)), Eqs. (30)-(33), (39). x [rad]; one-to-one below pi, T singular at 2 pi k.
 struct Exponential {
+  static constexpr bool kCanonical = true;  // R(s x) is a rotation at constant speed: T(x) x = x
   SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) { return exp(x); }
   static Vector3d coordinates(const Quaterniond& quat) { return log(quat); }  // |x| <= pi
   static double angle(double length) { return length; }                       // phi of |x|
@@ -36,6 +37,7 @@ struct Exponential {
 // R = (I - hat(c))^-1 (I + hat(c)), c = x/2, Eqs. (35)-(37), (41). No trigonometric functions. phi < pi; x grows
 // without bound on the way there.
 struct Cayley {
+  static constexpr bool kCanonical = false;
   SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) {  // cos(phi/2) (1, c)
     const double p0 = 1.0 / std::sqrt(1.0 + 0.25 * x.squaredNorm());
     const double k = 0.5 * p0;
@@ -61,6 +63,7 @@ struct Cayley {
 // R = cay(c)^2, c = x/4: Wiener-Milenkovic parameters, remark at the end of section 6.4. No trigonometric functions.
 // One-to-one below pi, where |x| = 4; regular up to 2 pi.
 struct Cayley2 {
+  static constexpr bool kCanonical = false;
   SIGMAFMU_INLINE static Quaterniond quaternion(const Vector3d& x) {  // (cos(phi/2), 2 cos^2(phi/4) c)
     const double g = 1.0 / (1.0 + 0.0625 * x.squaredNorm());
     const double k = 0.5 * g;

@@ -45,7 +45,7 @@ from .methods import (
 every_map = pytest.mark.parametrize("local", MAPS.values(), ids=MAPS)
 every_formulation = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 OTHERS = {name: chosen for name, chosen in lgt().items() if name != "R3xSO3 exp"}
-"""All but the default, which test_integrator.py examines."""
+"""All but the default, which test_scheme.py and test_order.py examine."""
 DEFAULT = _core.AlphaParameters(0.9)
 SIGMAS = {"geom1": 0.0, "optimal": DEFAULT.gamma / (3 * DEFAULT.beta), "1": 1.0}
 

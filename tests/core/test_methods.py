@@ -2,7 +2,7 @@
 
 Errors are differences to solutions in minimal coordinates or in closed form. What is special to the groups is in
 test_groups.py, to the Munthe-Kaas methods in test_munthe_kaas.py, to the generalized-alpha method in
-test_integrator.py.
+test_scheme.py and test_order.py.
 """
 
 import numpy as np

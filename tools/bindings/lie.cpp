@@ -1,4 +1,4 @@
-// The Lie groups of sigmafmu._core.lie: every group with every coordinate map, for tests and studies.
+// sigmafmu._core.lie: SO(3), and every group with every coordinate map.
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
 
@@ -17,6 +17,7 @@ namespace {
 Pose pose(const Vector7d& q) { return QuaternionPosition::pose(q); }
 Vector7d array(const Pose& c) { return QuaternionPosition::coordinates(c); }
 Eigen::Quaterniond quat(const Vector4d& q) { return {q[0], q[1], q[2], q[3]}; }
+Vector4d wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 // One submodule per group and map: functions of X (6 numbers), poses of 7 numbers.
 template <class Group>
@@ -67,17 +68,41 @@ void bind_map(nb::module_& lie, const char* r3xso3, const char* se3, const char*
       nb::cpp_function(&Map::angle, "length"_a, "Rotation angle [rad] of |x|.");
 }
 
+void bind_so3(nb::module_& m) {
+  m.def("hat", &sigmafmu::lie::hat, "w"_a, "3x3 matrix with hat(w) x = w cross x.");
+  m.def(
+      "exp", [](const Vector3d& theta) { return wxyz(exp(theta)); }, "theta"_a,
+      "Unit quaternion (w, x, y, z) of a rotation vector [rad].");
+  m.def(
+      "log", [](const Vector4d& q) { return log(quat(q)); }, "quaternion"_a,
+      "Rotation vector [rad], at most pi long, of a unit quaternion (w, x, y, z).");
+  m.def("rotation_matrix", [](const Vector4d& q) { return quat(q).toRotationMatrix(); }, "quaternion"_a);
+  m.def("tangent", &sigmafmu::lie::tangent, "theta"_a, "T(theta), 3x3.");
+  m.def("tangent_times", &sigmafmu::lie::tangent_times, "theta"_a, "c"_a);
+  m.def("tangent_inverse", &sigmafmu::lie::tangent_inverse, "theta"_a);
+  m.def("tangent_inverse_times", &sigmafmu::lie::tangent_inverse_times, "theta"_a, "c"_a);
+  m.def("tangent_derivative", &sigmafmu::lie::tangent_derivative, "theta"_a, "c"_a, "d(T(theta) c)/dtheta, 3x3.");
+  m.def(
+      "coefficients",
+      [](double x) {
+        const auto k = so3_coefficients(x);
+        return Vector4d(k.a, k.b, k.da, k.db);
+      },
+      "x"_a, "(a, b, a'/t, b'/t) at t^2 = x.");
+  m.def(
+      "compose", [](const Vector7d& q, const Vector6d& theta) { return compose(q, theta); }, "q"_a, "theta"_a,
+      "q o exp(theta) on R^3 x SO(3).");
+}
+
 }  // namespace
 
-void bind_lie_groups(nb::module_& lie) {
+void bind_lie(nb::module_& lie) {
+  bind_so3(lie);
   bind_map<Exponential>(lie, "r3xso3_exp", "se3_exp", "x rotation vector");
   bind_map<Cayley>(lie, "r3xso3_cayley", "se3_cayley", "x twice the Rodrigues parameters");
   bind_map<Cayley2>(lie, "r3xso3_cayley2", "se3_cayley2", "x four times the Wiener-Milenkovic parameters");
   lie.def(
       "nearest",
-      [](const Vector4d& q, const Vector4d& previous) -> Vector4d {
-        const auto r = nearest(quat(q), quat(previous));
-        return {r.w(), r.x(), r.y(), r.z()};
-      },
+      [](const Vector4d& q, const Vector4d& previous) -> Vector4d { return wxyz(nearest(quat(q), quat(previous))); },
       "quaternion"_a, "previous"_a, "The quaternion or its negative, whichever is nearer to the previous one.");
 }

@@ -1,0 +1,190 @@
+// Definitions of multibody systems and mechanisms in sigmafmu._core.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "fmi/modal_file.h"
+#include "fmi/variables.h"
+#include "integrator/initial_conditions.h"
+#include "mechanism.h"
+#include "mechanisms.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace sigmafmu;
+
+namespace {
+
+// Sets a parameter by its FMU name, with the FMU's checks.
+void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
+  for (const Variable& v : make_variables(mechanism, System(mechanism.multibody))) {
+    if (v.name != name) continue;
+    if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
+    const std::string complaint = v.complaint(value);
+    if (!complaint.empty()) throw std::invalid_argument(complaint);
+    v.set_value(mechanism, value);
+    return;
+  }
+  throw std::invalid_argument(mechanism.name + " has no variable " + name);
+}
+
+}  // namespace
+
+void bind_definitions(nb::module_& m) {
+  m.attr("GROUND") = kGround;
+  nb::enum_<JointType>(m, "JointType")
+      .value("spherical", JointType::spherical)
+      .value("revolute", JointType::revolute)
+      .value("universal", JointType::universal)
+      .value("prismatic", JointType::prismatic)
+      .value("fixed", JointType::fixed);
+  using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+  const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    if (a.shape(1) != 3) throw std::invalid_argument("the second dimension of shapes and rotations must be 3");
+    return Eigen::Map<const RowMajor>(a.data(), 3 * static_cast<Eigen::Index>(a.shape(0)),
+                                      static_cast<Eigen::Index>(a.shape(2)));
+  };
+  nb::class_<ModalDef>(m, "Modal", "Nodes and modes that make a body flexible.")
+      .def(nb::init<>())
+      .def_rw("nodes", &ModalDef::nodes)
+      .def_rw("masses", &ModalDef::masses)
+      .def_rw("mass_matrix", &ModalDef::mass_matrix)
+      .def(
+          "set_shapes", [rows](ModalDef& d, const Shapes& a) { d.shapes = rows(a); }, "shapes"_a, "Phi, n x 3 x f")
+      .def(
+          "set_rotations", [rows](ModalDef& d, const Shapes& a) { d.rotations = rows(a); }, "rotations"_a,
+          "Psi, n x 3 x f")
+      .def_rw("shapes", &ModalDef::shapes, "3n x f")
+      .def_rw("rotations", &ModalDef::rotations, "3n x f")
+      .def_rw("stiffness", &ModalDef::stiffness)
+      .def_rw("damping", &ModalDef::damping)
+      .def_rw("mass_damping", &ModalDef::mass_damping)
+      .def_rw("stiffness_damping", &ModalDef::stiffness_damping)
+      .def_rw("initial_coordinates", &ModalDef::initial_coordinates)
+      .def_rw("initial_rates", &ModalDef::initial_rates);
+  nb::class_<RigidBodyDef>(m, "RigidBody")
+      .def(nb::init<>())
+      .def_rw("name", &RigidBodyDef::name)
+      .def_rw("modal", &RigidBodyDef::modal, nb::for_setter(nb::arg("modal").none()))
+      .def_rw("mass", &RigidBodyDef::mass)
+      .def_rw("inertia", &RigidBodyDef::inertia)
+      .def_rw("inertia_products", &RigidBodyDef::inertia_products)
+      .def_rw("initial_position", &RigidBodyDef::initial_position)
+      .def_rw("initial_quaternion", &RigidBodyDef::initial_quaternion)
+      .def_rw("initial_velocity", &RigidBodyDef::initial_velocity)
+      .def_rw("initial_angular_velocity", &RigidBodyDef::initial_angular_velocity);
+  nb::class_<Frame>(m, "Frame")
+      .def(
+          "__init__",
+          [](Frame* f, const Vector3d& origin, const Matrix3d& axes, int node) { new (f) Frame{origin, axes, node}; },
+          "origin"_a, "axes"_a, "node"_a = kFloatingFrame)
+      .def_rw("node", &Frame::node)
+      .def_rw("origin", &Frame::origin)
+      .def_rw("axes", &Frame::axes);
+  nb::class_<JointDef>(m, "Joint")
+      .def(
+          "__init__",
+          [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
+             const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
+          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
+      .def_rw("name", &JointDef::name)
+      .def_rw("type", &JointDef::type)
+      .def_ro("body1", &JointDef::body1)
+      .def_ro("frame1", &JointDef::frame1)
+      .def_ro("body2", &JointDef::body2)
+      .def_ro("frame2", &JointDef::frame2);
+  nb::class_<SpringDamperDef>(m, "SpringDamper")
+      .def(
+          "__init__",
+          [](SpringDamperDef* s, std::string name, int body1, const Vector3d& point1, int body2, const Vector3d& point2,
+             const Vector3d& stiffness, const Vector3d& damping, int node1, int node2) {
+            new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping, node1, node2};
+          },
+          "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a,
+          "node1"_a = kFloatingFrame, "node2"_a = kFloatingFrame)
+      .def_rw("stiffness", &SpringDamperDef::stiffness)
+      .def_rw("damping", &SpringDamperDef::damping);
+  nb::class_<LoadDef>(m, "Load").def(
+      "__init__",
+      [](LoadDef* l, std::string name, int body, const Vector3d& force, const Vector3d& torque) {
+        new (l) LoadDef{std::move(name), "", body, force, torque};
+      },
+      "name"_a, "body"_a, "force"_a, "torque"_a);
+  nb::class_<MultibodyDef>(m, "Multibody")
+      .def(nb::init<>())
+      .def_rw("gravity", &MultibodyDef::gravity)
+      .def_ro("bodies", &MultibodyDef::bodies)
+      .def_ro("joints", &MultibodyDef::joints)
+      .def(
+          "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
+          nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
+      .def("add", nb::overload_cast<RigidBodyDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<SpringDamperDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<LoadDef>(&MultibodyDef::add))
+      .def("validate", [](const MultibodyDef& d) { validate(d); });
+  nb::class_<IntegratorSettings>(m, "IntegratorSettings")
+      .def_rw("step_size", &IntegratorSettings::step_size)
+      .def_rw("spectral_radius", &IntegratorSettings::spectral_radius)
+      .def_rw("sigma", &IntegratorSettings::sigma)
+      .def_rw("absolute_tolerance", &IntegratorSettings::absolute_tolerance)
+      .def_rw("relative_tolerance", &IntegratorSettings::relative_tolerance)
+      .def_rw("max_newton_iterations", &IntegratorSettings::max_newton_iterations)
+      .def_rw("max_halvings", &IntegratorSettings::max_halvings)
+      .def_rw("method", &IntegratorSettings::method)
+      .def_rw("group", &IntegratorSettings::group)
+      .def_rw("local_coordinates", &IntegratorSettings::local_coordinates)
+      .def_rw("absolute_coordinates", &IntegratorSettings::absolute_coordinates)
+      .def_rw("formulation", &IntegratorSettings::formulation)
+      .def_rw("corrector", &IntegratorSettings::corrector)
+      .def_rw("jacobian", &IntegratorSettings::jacobian)
+      .def_rw("newton", &IntegratorSettings::newton)
+      .def_rw("sigma_mode", &IntegratorSettings::sigma_mode)
+      .def_rw("predictor", &IntegratorSettings::predictor,
+              "vdot and lambda that the iterations of the residual form start from: 1 those of the last step "
+              "(previous), 2 zero as in Alg. 1, 3 extrapolated linearly from the last two steps. Results agree to "
+              "Newton's tolerance; only the number of iterations changes. The incremental form starts from zero.");
+  nb::class_<Mechanism>(m, "Mechanism")
+      .def(nb::init<>())
+      .def_rw("name", &Mechanism::name)
+      .def_rw("description", &Mechanism::description)
+      .def_rw("multibody", &Mechanism::multibody)
+      .def_rw("integrator", &Mechanism::integrator)
+      .def_rw("stop_time", &Mechanism::stop_time)
+      .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
+  m.def("axes_with_z", &axes_with_z, "z"_a);
+  m.def(
+      "assemble",
+      [](const MultibodyDef& d) {
+        const System system((validate(d), d));
+        ConsistentSolver solver(system);
+        VectorXd q(system.position_size()), v(system.velocity_size());
+        assemble(d, system, solver, q, v);
+        return nb::make_tuple(q, v);
+      },
+      "multibody"_a, "(q, v) of the initial values, moved onto the constraints.");
+  m.def("mechanisms", [] {
+    std::vector<std::string> names;
+    for (const Mechanism& mechanism : mechanisms()) names.push_back(mechanism.name);
+    return names;
+  });
+  m.def(
+      "mechanism",
+      [](const std::string& name) {
+        for (Mechanism& mechanism : mechanisms()) {
+          if (mechanism.name != name) continue;
+          const auto package = nb::cast<std::string>(nb::str(nb::module_::import_("sigmafmu").attr("__path__")[0]));
+          load_modal_files(mechanism, package + "/resources/" + name);
+          return mechanism;
+        }
+        throw std::invalid_argument("unknown mechanism " + name);
+      },
+      "name"_a, "A fresh copy of a mechanism from models/, with the modal data of the package.");
+}

@@ -1,0 +1,50 @@
+// A co-simulation master in sigmafmu._core.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+
+#include <chrono>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+// A master in C++, given the addresses of an instantiated FMU's fmi2DoStep and component: n communication steps of H,
+// without Python in between. With a period > 0 step i starts at i periods of the wall clock, or late if the one before
+// took longer. Returns per step when it started after its time and how long it took [s].
+using Steps = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+Steps do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, double H, int n, double period) {
+  using clock = std::chrono::steady_clock;
+  using seconds = std::chrono::duration<double>;
+  const auto call = reinterpret_cast<int (*)(void*, double, double, int)>(do_step);
+  constexpr seconds kSpin(2e-4);  // sleeping is not exact: the last stretch is waited actively
+  Steps result(n, 2);
+  const auto start = clock::now();
+  for (int i = 0; i < n; ++i) {
+    auto due = clock::now();
+    if (period > 0) {
+      due = start + std::chrono::duration_cast<clock::duration>(seconds(i * period));
+      std::this_thread::sleep_until(due - std::chrono::duration_cast<clock::duration>(kSpin));
+      while (clock::now() < due) {
+      }
+    }
+    const auto begin = clock::now();
+    if (call(reinterpret_cast<void*>(component), t0 + i * H, H, 1) != 0) {
+      throw std::runtime_error("fmi2DoStep failed in step " + std::to_string(i));
+    }
+    result(i, 0) = seconds(begin - due).count();
+    result(i, 1) = seconds(clock::now() - begin).count();
+  }
+  return result;
+}
+
+}  // namespace
+
+void bind_master(nb::module_& m) {
+  m.def("do_steps", &do_steps, nb::call_guard<nb::gil_scoped_release>(), "do_step"_a, "component"_a, "t0"_a, "H"_a,
+        "n"_a, "period"_a = 0.0, "(n, 2): delay of the start and duration [s] of every fmi2DoStep.");
+}

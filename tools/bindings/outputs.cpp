@@ -1,0 +1,65 @@
+// The outputs of an FMU in sigmafmu._core.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "fmi/variables.h"
+#include "integrator/initial_conditions.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace sigmafmu;
+
+namespace {
+
+// The real outputs of a mechanism's FMU as functions of (q, v, u).
+struct PyOutputs {
+  explicit PyOutputs(const Mechanism& m)
+      : mechanism((validate(m.multibody), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
+    state.angle.setZero(system.joint_count());
+    for (const Variable& v : make_variables(m, system)) {
+      if (v.output && !v.integer) variables.push_back(v);
+      if (v.input >= 0) inputs.push_back(v.name);
+    }
+  }
+  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
+    VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
+    if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
+    system.evaluate(q, v, e);
+    const View view{mechanism, system, state, q, v, e, vdot, lambda};
+    VectorXd y(static_cast<Eigen::Index>(variables.size()));
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
+    }
+    return y;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> result;
+    for (const Variable& v : variables) result.push_back(v.name);
+    return result;
+  }
+
+  Mechanism mechanism;
+  System system;
+  ConsistentSolver solver;
+  Evaluation e;
+  State state;
+  std::vector<Variable> variables;
+  std::vector<std::string> inputs;
+};
+
+}  // namespace
+
+void bind_outputs(nb::module_& m) {
+  nb::class_<PyOutputs>(m, "Outputs",
+                        "Real outputs of a mechanism's FMU as functions of (q, v, u); angles without turns.")
+      .def(nb::init<const Mechanism&>())
+      .def_prop_ro("names", &PyOutputs::names)
+      .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")
+      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a);
+}
