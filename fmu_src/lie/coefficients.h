@@ -6,8 +6,9 @@
 #include <cmath>
 
 // For the small functions that every step calls for every body: compilers leave some of them as calls otherwise.
-// FLATTEN inlines all that a function calls, but what is NOINLINE.
-#ifdef __GNUC__
+// FLATTEN inlines all that a function calls, but what is NOINLINE. Not with sanitizers, which make the code many times
+// as long.
+#if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SIGMAFMU_INLINE inline __attribute__((always_inline))
 #define SIGMAFMU_FLATTEN __attribute__((flatten))
 #define SIGMAFMU_NOINLINE __attribute__((noinline))

@@ -96,6 +96,20 @@ def test_finished_work_is_not_done_again(tmp_path, work):
     assert calls(log) == 3
 
 
+def test_the_fastest_pass_counts(tmp_path, work):
+    """Of what is timed; a study that has done some passes does those that are missing."""
+    log, folder = tmp_path / "log", tmp_path / "study"
+    cells = [Cell("timed", work.timed, (str(log),), alone=True), Cell("other", work.count, (str(log) + "2", 1.0))]
+    for passes, expected in ((1, 3.0), (2, 2.0), (2, 2.0), (3, 2.0)):
+        advanced = []
+        found = runner.run(
+            runner.jobs([Dummy(cells)], ["HeavyTop"], False), folder, 2, lambda to=advanced: to.append(1), passes
+        )
+        assert found["dummy"]["HeavyTop"]["timed"] == {"runs": [{"seconds": expected, "call": 1}]}
+        assert len(advanced) == passes + 1
+        assert calls(log) == passes
+
+
 def test_work_finished_before_an_error_is_kept(tmp_path, work):
     log, folder = tmp_path / "log", tmp_path / "study"
     good, bad = Cell("good", work.count, (str(log), 1.0)), Cell("bad", work.raise_error, (), alone=True)

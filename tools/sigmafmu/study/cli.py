@@ -12,6 +12,7 @@ from sigmafmu.console import err, out, progress_bar
 
 MECHANISMS = {"heavy-top": "HeavyTop", "rotor": "HighSpeedRotor", "slider-crank": "SliderCrank"}
 SUBJECTS = (*MECHANISMS, "lgt", "flexible", "all")
+TIMED_PASSES = 2
 Subject = Enum("Subject", {name: name for name in SUBJECTS}, type=str)
 
 
@@ -55,9 +56,11 @@ def study(
     every = [*MECHANISMS.values(), *FLEXIBLE_MODELS]
     mechanisms = [MECHANISMS[subject.value]] if subject.value in MECHANISMS else every
     work = runner.jobs(chapters, mechanisms, quick)
-    with progress_bar(err, f"study {subject.value}", len(work), unit="cells") as move_to:
-        done = iter(range(1, len(work) + 1))
-        results = runner.run(work, output, workers, lambda: move_to(next(done)))
+    passes = 1 if quick else TIMED_PASSES
+    total = sum(runner.rounds(job, passes) for job in work)
+    with progress_bar(err, f"study {subject.value}", total, unit="cells") as move_to:
+        done = iter(range(1, total + 1))
+        results = runner.run(work, output, workers, lambda: move_to(next(done)), passes)
     words = ["sigmafmu", "study", subject.value, *(["--quick"] if quick else [])]
     words += [word for name in chapter or () for word in ("--chapter", name)]
     out.print(f"wrote {runner.write_report(chapters, results, output, shlex.join(words))}", soft_wrap=True)

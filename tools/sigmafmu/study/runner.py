@@ -43,8 +43,19 @@ def jobs(chapters: Iterable[Chapter], mechanisms: Sequence[str], quick: bool) ->
     return result
 
 
-def run(work: Sequence[Job], folder: Path, workers: int, advance: Callable[[], None]) -> dict[str, Results]:
-    """Results by chapter; `advance` is called for every cell. What has to run alone comes last, one after the other."""
+def rounds(job: Job, passes: int) -> int:
+    """How often a cell is done: those that are timed once in every pass, so that a slow minute of the machine is not
+    taken for a slow method."""
+    return passes if job[2].alone else 1
+
+
+def run(
+    work: Sequence[Job], folder: Path, workers: int, advance: Callable[[], None], passes: int = 1
+) -> dict[str, Results]:
+    """Results by chapter; `advance` is called `rounds` times for every cell.
+
+    What has to run alone comes last, one after the other, all of it once in each pass.
+    """
     store = _Store(folder)
     results: dict[str, dict[str, dict[str, Any]]] = {}
     for chapter, mechanism, _ in work:
@@ -55,19 +66,18 @@ def run(work: Sequence[Job], folder: Path, workers: int, advance: Callable[[], N
         results[chapter.name][mechanism][cell.key] = result
         advance()
 
-    missing = []
+    missing: dict[bool, list[list[Job]]] = {alone: [[] for _ in range(passes)] for alone in (False, True)}
     for job in work:
-        kept = store.load(job)
-        if kept is None:
-            missing.append(job)
-        else:
+        kept, done = store.load(job)
+        for _ in range(min(done, rounds(job, passes))):
             finish(job, kept)
-    together = [job for job in missing if not job[2].alone]
-    alone = [job for job in missing if job[2].alone]
-    for part, processes in ((together, workers), (alone, 1)):
-        if part:
+        for number in range(done, rounds(job, passes)):
+            missing[job[2].alone][number].append(job)
+    for alone, processes in ((False, workers), (True, 1)):
+        for number, part in enumerate(missing[alone]):
             for job, result in _work_off(part, processes):
-                finish(job, store.save(job, result))
+                before, _ = store.load(job) if number else (result, 0)
+                finish(job, store.save(job, _faster(before, result), number + 1))
     return {  # in the order of the cells, however they finished
         name: {
             mechanism: {c.key: found[c.key] for chapter, m, c in work if (chapter.name, m) == (name, mechanism)}
@@ -93,7 +103,21 @@ def write_report(chapters: Iterable[Chapter], results: dict[str, Results], folde
     return path
 
 
+def _faster(before: Any, now: Any) -> Any:
+    """The result before, with the smaller `seconds` of both, at any depth."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        result = {key: _faster(value, now.get(key)) for key, value in before.items()}
+        if "seconds" in before and "seconds" in now:
+            result["seconds"] = min(before["seconds"], now["seconds"])
+        return result
+    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        return [_faster(*pair) for pair in zip(before, now, strict=True)]
+    return before
+
+
 def _work_off(part: Sequence[Job], processes: int) -> Iterable[tuple[Job, dict[str, Any]]]:
+    if not part:
+        return
     # spawned, not forked: what this process has loaded (Exudyn has two modules) does not matter
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context, initializer=_start_worker) as pool:
@@ -137,16 +161,18 @@ class _Store:
         name = f"{readable}-{hashlib.sha256(cell.key.encode()).hexdigest()[:8]}.json"
         return self.folder / chapter.name / mechanism / name
 
-    def load(self, job: Job) -> dict[str, Any] | None:
+    def load(self, job: Job) -> tuple[dict[str, Any], int]:
+        """The kept result and how many passes it is of; none if there is none that is still valid."""
         try:
             kept = json.loads(self._path(job).read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            return None
-        return kept["result"] if kept.get("fingerprint") == fingerprint(job[2]) else None
+            return {}, 0
+        return (kept["result"], kept.get("passes", 1)) if kept.get("fingerprint") == fingerprint(job[2]) else ({}, 0)
 
-    def save(self, job: Job, result: dict[str, Any]) -> dict[str, Any]:
+    def save(self, job: Job, result: dict[str, Any], passes: int) -> dict[str, Any]:
         """Keep the result; returns it as it would be loaded."""
-        text = json.dumps({"fingerprint": fingerprint(job[2]), "result": result}, default=_plain)
+        kept = {"fingerprint": fingerprint(job[2]), "passes": passes, "result": result}
+        text = json.dumps(kept, default=_plain)
         path = self._path(job)
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = path.with_suffix(".new")
