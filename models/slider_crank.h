@@ -9,8 +9,7 @@
 namespace sigmafmu::models {
 
 inline constexpr double kCrankLength = 0.08, kRodLength = 0.3;  // AB, BC [m]
-
-inline constexpr int kRod = 1;  // its index
+inline constexpr int kRod = 1;                                  // index of the rod among the bodies
 
 // `rod` has x from B to C; `B` and `C` are these points in its frame [m]. Its initial orientation and angular velocity
 // are set here, position and velocity of its frame are the caller's.

@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.build import build_platform_binary
@@ -84,8 +85,28 @@ def assert_same_motion(rebuilt: Path, fmu, model: str) -> None:
 @pytest.mark.release
 @pytest.mark.parametrize("model", ["HeavyTop"])
 def test_fmpy_rebuilds_the_binary(tree, fmu, model, tmp_path):
-    """What `fmpy compile` does. `make release` rebuilds all FMUs by sources/CMakeLists.txt."""
+    """What `fmpy compile` does."""
     shutil.rmtree(tree / "binaries")
     build_platform_binary(tree, configuration="Debug")
+    create_zip_archive(tmp_path / "rebuilt.fmu", tree)
+    assert_same_motion(tmp_path / "rebuilt.fmu", fmu, model)
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("model", ["SliderCrank"])
+def test_cmake_rebuilds_the_binary(tree, fmu, model, tmp_path):
+    """As the head of sources/CMakeLists.txt says; the binary shows nothing but fmi2*."""
+    shutil.rmtree(tree / "binaries")
+    build = tmp_path / "build"
+    for command in (
+        ["cmake", "-S", tree / "sources", "-B", build, "-DCMAKE_BUILD_TYPE=Debug"],
+        ["cmake", "--build", build, "--target", "install"],
+    ):
+        done = subprocess.run(command, text=True, capture_output=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+    (binary,) = (tree / "binaries" / fmpy.platform).iterdir()
+    assert binary.name == model + fmpy.sharedLibraryExtension
+    symbols = subprocess.run(["nm", "-D", "--defined-only", binary], text=True, capture_output=True, check=True).stdout
+    assert all(line.split()[-1].startswith("fmi2") for line in symbols.splitlines())
     create_zip_archive(tmp_path / "rebuilt.fmu", tree)
     assert_same_motion(tmp_path / "rebuilt.fmu", fmu, model)
