@@ -186,11 +186,10 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, co
   });
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean has_stop,
-                               fmi2Real stop) {
-  // The tolerance is for slaves with step-size control over the communication step.
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop) {
   return guarded(c, "fmi2SetupExperiment", kInstantiated, [&](Component& component) {
-    component.slave.setup_experiment(start, has_stop != fmi2False, stop);
+    component.slave.setup_experiment(start, has_stop != fmi2False, stop, has_tolerance != fmi2False ? tolerance : 0.0);
     return fmi2OK;
   });
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace sigmafmu {
@@ -9,6 +10,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxInternalSteps = 1e9;  // per communication step
+constexpr double kLargeError = 1e-3;       // of an internal step, relative to the mechanism's size: warn
+constexpr double kLargeTurn = 1.0;         // of a body in an internal step [rad]: warn
 
 template <typename Error, typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
@@ -18,9 +21,11 @@ template <typename Error, typename... Parts>
   throw Error(message.str());
 }
 
-// Communication points come from a master that may have accumulated them: rounding is no mistake.
+// Communication points come from masters that add them up, multiply or count nanoseconds: their rounding, which grows
+// with the time, is no mistake.
 bool same_time(double a, double b, double step) {
-  return std::abs(a - b) <= 1e-6 * step + 1e-9 * std::max(std::abs(a), std::abs(b));
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  return std::abs(a - b) <= 1e-4 * step + 4 * kEpsilon * std::max(std::abs(a), std::abs(b));
 }
 
 }  // namespace
@@ -30,7 +35,7 @@ Slave::Slave(Mechanism defaults, std::string identity, Reporter report)
       identity_(std::move(identity)),
       report_(std::move(report)),
       mechanism_(defaults_),
-      engine_(std::make_unique<Engine>(mechanism_)) {
+      engine_(std::make_unique<Engine>(mechanism_.multibody, mechanism_.integrator)) {
   variables_ = make_variables(mechanism_, engine_->system);
   for (unsigned i = 0; i < variables_.size(); ++i) {
     if (variables_[i].causality == Causality::parameter) parameter_references_.push_back(i);
@@ -45,9 +50,24 @@ void Slave::reset() {
   read_parameters();
 }
 
+// The parameters with the experiment's tolerance in place of the error tolerance of methods that control their error,
+// where nothing else was set.
+IntegratorSettings Slave::settings() const {
+  IntegratorSettings s = mechanism_.integrator;
+  if (data_.tolerance == 0) return s;
+  const IntegratorSettings& d = defaults_.integrator;
+  if (s.is(Method::rkmk54)) {
+    const double relative = std::min(data_.tolerance, 1e-2);
+    if (s.absolute_tolerance == d.absolute_tolerance) s.absolute_tolerance *= relative / d.relative_tolerance;
+    if (s.relative_tolerance == d.relative_tolerance) s.relative_tolerance = relative;
+  }
+  if (s.error_tolerance == d.error_tolerance) s.error_tolerance = data_.tolerance;
+  return s;
+}
+
 // New engine and zero state for the present parameters; inputs keep their values.
 void Slave::build() {
-  engine_ = std::make_unique<Engine>(mechanism_);
+  engine_ = std::make_unique<Engine>(mechanism_.multibody, settings());
   const System& system = engine_->system;
   data_.state = engine_->integrator->make_state();
   if (data_.input.derivative[0].size() != system.input_size()) data_.input = InputSignal(system.input_size());
@@ -78,11 +98,15 @@ bool Slave::apply_parameters(const std::vector<double>& values) {
   return rebuild;
 }
 
-void Slave::setup_experiment(double start, bool has_stop, double stop) {
+void Slave::setup_experiment(double start, bool has_stop, double stop, double tolerance) {
   if (!std::isfinite(start)) fail<Refused>("startTime is ", start, " s; it must be finite.");
   if (has_stop && !(stop >= start)) {
     fail<Refused>("stopTime is ", stop, " s; it must not be before startTime ", start, " s.");
   }
+  if (!(tolerance >= 0) || !std::isfinite(tolerance)) {
+    fail<Refused>("tolerance is ", tolerance, "; it must be finite and not negative.");
+  }
+  data_.tolerance = tolerance;
   data_.start_time = start;
   data_.has_stop_time = has_stop;
   data_.stop_time = stop;
@@ -104,7 +128,6 @@ void Slave::initialize() {
     build();
     State& s = data_.state;
     s.time = data_.start_time;
-    data_.input.t0 = s.time;
     assemble(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
   } catch (const std::exception& e) {
     throw Discarded(e.what());
@@ -114,6 +137,7 @@ void Slave::initialize() {
   }
   data_.last_input = data_.input.derivative[0];
   data_.stale = false;
+  warned_of_error_ = warned_of_spin_ = false;
 }
 
 void Slave::ensure_initialized() {
@@ -148,7 +172,7 @@ void Slave::evaluate(bool accelerations) {
     outputs_.has_motion = true;
   }
   if (accelerations && !outputs_.has_accelerations) {
-    data_.input.value(s.time, outputs_.u);
+    data_.input.value(s.elapsed, outputs_.u);
     accelerations_or_discard(s.q, s.v, outputs_.u, outputs_.vdot, outputs_.lambda);
     outputs_.has_accelerations = true;
   }
@@ -211,7 +235,7 @@ void Slave::set(const unsigned* references, std::size_t count, bool integer, con
     }
   }
   if (changes_input) {
-    data_.input.t0 = data_.state.time;
+    data_.state.elapsed = 0;
     outputs_.has_accelerations = false;
   }
   if (changes_parameter) {
@@ -241,7 +265,7 @@ void Slave::set_input_derivatives(const unsigned* references, std::size_t count,
   for (std::size_t i = 0; i < count; ++i) {
     data_.input.derivative[orders[i]][variables_[references[i]].input] = values[i];
   }
-  data_.input.t0 = data_.state.time;
+  data_.state.elapsed = 0;
   if (data_.phase != Phase::step) data_.stale = true;
 }
 
@@ -267,7 +291,7 @@ void Slave::get_output_derivatives(const unsigned* references, std::size_t count
   const double step = engine_->solver.difference_time(s.v);
   for (double sign : {-1.0, 1.0}) {  // central difference along the motion; outputs are functions of (q, v, u) alone
     engine_->solver.displace(s.q, s.v, outputs_.vdot, sign * step, q, v);
-    data_.input.value(s.time + sign * step, u);
+    data_.input.value(s.elapsed + sign * step, u);
     if (accelerations) accelerations_or_discard(q, v, u, vdot, lambda);
     system.evaluate(q, v, e);
     const View displaced{mechanism_, system, s, q, v, e, vdot, lambda};
@@ -316,7 +340,7 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
 // this a step would take the old loads for half of the new ones.
 void Slave::absorb_jump() {
   State& s = data_.state;
-  data_.input.value(s.time, outputs_.u);
+  data_.input.value(s.elapsed, outputs_.u);
   if (!data_.parameter_jump && outputs_.u == data_.last_input) return;
   if (data_.parameter_jump) {
     vdot_before_ = data_.vdot_before_jump;
@@ -348,26 +372,33 @@ bool Slave::do_step(double t, double H) {
     fail<Refused>("The communication step is ", H, " s; with integrator.stepSize ", h, " s at most ",
                   kMaxInternalSteps * h, " s is allowed.");
   }
-  const auto n = static_cast<std::int64_t>(std::ceil(ratio * (1 - 1e-9) - 1e-9));
-  if (n <= 0) {
-    s.time = t + H;
+  if (H == 0) {
+    s.time = t;
     return true;
   }
-  s.time = data_.input.t0 = t;
+  const std::int64_t n = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(ratio * (1 - 1e-9) - 1e-9)));
+  const double length = H / static_cast<double>(n);
+  s.time = t;
+  s.elapsed = 0;
   absorb_jump();
   outputs_.has_motion = outputs_.has_accelerations = false;
   const std::int64_t retries = s.counters.retries;
   bool ok = true;
   for (std::int64_t i = 1; ok && i <= n; ++i) {
     StepFailure failure;
-    ok = engine_->integrator->step(s, i == n ? t + H : t + H * (static_cast<double>(i) / static_cast<double>(n)),
-                                   data_.input, failure);
-    if (!ok) describe_failure(failure);
+    ok = engine_->integrator->step(s, length, data_.input, failure);
+    if (ok) {
+      s.elapsed = H * (static_cast<double>(i) / static_cast<double>(n));  // not a sum of internal steps
+      s.time = t + s.elapsed;
+    } else {
+      describe_failure(failure);
+    }
   }
-  data_.input.value(s.time, data_.last_input);
+  data_.input.value(s.elapsed, data_.last_input);
   data_.input.derivative[0] = data_.last_input;  // where the derivatives led is what holds from here on
   for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
-  data_.input.t0 = s.time;
+  s.elapsed = 0;
+  warn_about_accuracy(s.time, length);
   if (reports_events && s.counters.retries > retries) {
     std::ostringstream text;
     text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
@@ -421,6 +452,29 @@ void Slave::warn_about_settings() const {
     report_(Report::warning,
             "integrator.formulation index3 with integrator.spectralRadius 1 lets the multipliers oscillate; use a "
             "smaller spectral radius or stabilizedIndex2.");
+  }
+}
+
+// Once each: results go on, but are not what the user expects.
+void Slave::warn_about_accuracy(double t, double h) {
+  const State& s = data_.state;
+  if (!warned_of_error_ && s.largest_error > kLargeError) {
+    warned_of_error_ = true;
+    std::ostringstream text;
+    text << "Up to t = " << t << " s the position error of an internal step of " << h << " s is estimated as "
+         << s.largest_error << " of the mechanism's size, more than " << kLargeError
+         << ": choose a smaller integrator.stepSize, or integrator.stepControl error.";
+    report_(Report::warning, text.str());
+  }
+  for (int i = 0; !warned_of_spin_ && i < engine_->system.body_count(); ++i) {
+    const double w = s.v.segment<3>(6 * i + 3).norm();
+    if (!(w * h > kLargeTurn)) continue;
+    warned_of_spin_ = true;
+    std::ostringstream text;
+    text << mechanism_.multibody.bodies[i].name << " spins at " << w << " rad/s at t = " << t << " s and turns by "
+         << w * h << " rad in an internal step, more than " << kLargeTurn
+         << ": choose an integrator.stepSize of at most " << 0.5 * kLargeTurn / w << " s.";
+    report_(Report::warning, text.str());
   }
 }
 

@@ -34,7 +34,8 @@ class Slave {
   Phase phase() const { return data_.phase; }
   const std::vector<Variable>& variables() const { return variables_; }
 
-  void setup_experiment(double start, bool has_stop, double stop);
+  // tolerance 0: none. It is the error tolerance of methods that control their error, unless a parameter sets that.
+  void setup_experiment(double start, bool has_stop, double stop, double tolerance);
   void enter_initialization();
   void exit_initialization();
   void terminate() { data_.phase = Phase::terminated; }
@@ -67,8 +68,8 @@ class Slave {
     System system;
     ConsistentSolver solver;
     std::unique_ptr<Integrator> integrator;
-    explicit Engine(const Mechanism& m)
-        : system(m.multibody), solver(system), integrator(make_integrator(system, m.integrator)) {}
+    Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
+        : system(multibody), solver(system), integrator(make_integrator(system, settings)) {}
   };
   // Outputs of one point, computed as far as asked for.
   struct Outputs {
@@ -81,6 +82,7 @@ class Slave {
   const Variable& real_output(unsigned reference, const char* purpose) const;
   void read_parameters();
   bool apply_parameters(const std::vector<double>& values);
+  IntegratorSettings settings() const;
   void build();
   void initialize();
   void ensure_initialized();
@@ -91,6 +93,7 @@ class Slave {
   View view() const;
   void absorb_jump();
   void warn_about_settings() const;
+  void warn_about_accuracy(double t, double h);
   void describe_failure(const StepFailure& failure);
 
   const Mechanism defaults_;
@@ -104,6 +107,7 @@ class Slave {
   Outputs outputs_;
   VectorXd vdot_before_, vdot_after_, lambda_scratch_;
   std::string message_;
+  bool warned_of_error_ = false, warned_of_spin_ = false;
 };
 
 }  // namespace sigmafmu

@@ -9,20 +9,22 @@ namespace sigmafmu {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 
 // The one list of what a snapshot consists of; `archive` writes or reads each item.
 template <typename Archive, typename AnySnapshot>
 void visit(Archive& archive, AnySnapshot& s) {
-  archive(s.phase), archive(s.start_time), archive(s.stop_time), archive(s.has_stop_time), archive(s.stale);
+  archive(s.phase), archive(s.start_time), archive(s.stop_time), archive(s.has_stop_time), archive(s.tolerance);
+  archive(s.stale);
   archive(s.parameters);
-  archive(s.input.t0);
   for (auto& d : s.input.derivative) archive(d);
   archive(s.last_input), archive(s.parameter_jump), archive(s.vdot_before_jump);
   auto& x = s.state;
-  archive(x.time), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda), archive(x.angle);
+  archive(x.time), archive(x.elapsed), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda),
+      archive(x.angle);
   archive(x.last_step), archive(x.counters), archive(x.mean_velocity), archive(x.mean_acceleration);
-  archive(x.next_step), archive(x.jacobian.values), archive(x.jacobian.pivots), archive(x.jacobian_step);
+  archive(x.next_step), archive(x.error), archive(x.largest_error);
+  archive(x.jacobian.values), archive(x.jacobian.pivots), archive(x.jacobian_step);
 }
 
 class Writer {

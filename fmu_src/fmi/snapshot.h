@@ -16,6 +16,7 @@ struct Snapshot {
   Phase phase = Phase::instantiated;
   double start_time = 0, stop_time = 0;  // [s]
   bool has_stop_time = false;
+  double tolerance = 0;            // of the experiment; 0: none
   bool stale = true;               // the state does not follow from the parameters and initial values yet
   std::vector<double> parameters;  // every parameter in the order of the variable table, enumerations as numbers
   State state;

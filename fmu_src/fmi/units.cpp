@@ -78,6 +78,7 @@ const std::vector<RealType>& real_types() {
       {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},
       {"Tolerance", "Dimensionless", "1", nullptr, 0, inf, nullptr},
+      {"Estimate", "Dimensionless", "1", nullptr, 0, inf, nullptr},
       {"Fraction", "Dimensionless", "1", nullptr, 0, 1, nullptr},
       {"Number", "Dimensionless", "1", nullptr, -inf, inf, nullptr},
   };
@@ -125,6 +126,11 @@ const std::vector<Enumeration>& enumerations() {
        {{"fixed", "integrator.sigma"},
         {"spinOptimal",
          "the optimum of bodies that spin about a slowly turning principal axis; else integrator.sigma"}}},
+      {"StepControl",
+       "How internal steps are chosen",
+       {{"fixed", "equal steps of at most integrator.stepSize"},
+        {"error",
+         "at most integrator.stepSize, and so that the estimated error of each keeps integrator.errorTolerance"}}},
   };
   return table;
 }

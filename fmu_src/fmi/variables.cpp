@@ -380,6 +380,12 @@ void Table::integrator() {
   Variable& relative = real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity",
                             [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
   relative.max = 1e-2;
+  Variable& error = real("errorTolerance", "Tolerance",
+                         "With stepControl error: allowed position error of an internal step, relative to the "
+                         "mechanism's size; of rotations in rad",
+                         [](M m, int, int) -> double& { return m.integrator.error_tolerance; });
+  error.above_min = true;
+  error.max = 0.1;
 
   auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
     Variable& v = add(n + name, nullptr, description);
@@ -410,6 +416,14 @@ void Table::integrator() {
   option("jacobian", "Jacobian", [](M m) -> int& { return m.integrator.jacobian; });
   option("newton", "Newton", [](M m) -> int& { return m.integrator.newton; });
   option("sigmaMode", "SigmaMode", [](M m) -> int& { return m.integrator.sigma_mode; });
+  option("stepControl", "StepControl", [](M m) -> int& { return m.integrator.step_control; });
+
+  output_scalar(
+      0, n + "errorEstimate", "Estimate",
+      "Estimated position error of the last internal step, relative to the mechanism's size; of rotations in rad",
+      [](const View& v, int, int) { return v.state.error; });
+  output_scalar(0, n + "largestErrorEstimate", "Estimate", "Largest estimate of all internal steps since the start",
+                [](const View& v, int, int) { return v.state.largest_error; });
 
   auto counter = [&](const char* name, const char* description, Output output) {
     Variable& v = output_scalar(0, n + name, nullptr, description, output);

@@ -23,15 +23,27 @@ void BLieDF::shift_accelerations(State& s, const VectorXd& jump) {
   s.mean_velocity -= (s.last_step / 2) * jump_of_group(s, jump);
 }
 
+void BLieDF::shift_memory(State& s, const VectorXd& dV, const VectorXd& dVdot) {
+  s.mean_velocity += dV;
+  s.mean_acceleration += dVdot;
+}
+
 void BLieDF::begin(const State& s) {
-  const double omega = h_ / (h_ + s.last_step);
-  slope_ = scales_.gamma_prime = (1 + omega) / h_;
+  if (fresh_) {  // the trapezoidal rule
+    slope_ = 2 / h_;
+    offset_ = -Vdot_n_;
+    c_ = (h_ / 2) * V_n_;
+  } else {
+    const double omega = h_ / (h_ + s.last_step);
+    slope_ = (1 + omega) / h_;
+    offset_ = -omega * s.mean_acceleration;
+    c_ = (omega / slope_) * s.mean_velocity;
+  }
+  scales_.gamma_prime = slope_;
   scales_.beta_prime = slope_ * slope_;
   scales_.scale = 1 / scales_.beta_prime;
-  offset_ = -omega * s.mean_acceleration;
-  c_ = (omega / slope_) * s.mean_velocity;
   theta_ = c_ + (V_n_ + (Vdot_n_ - offset_) / slope_) / slope_;  // with Vdot_n at the end as well
-  lambda_ = s.lambda;
+  lambda_ = lambda_n_;
   iterate_from_motion(s);
 }
 

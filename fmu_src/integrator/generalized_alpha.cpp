@@ -36,21 +36,27 @@ void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) {
   s.a += jump_of_group(s, jump);
 }
 
-// From the state at the start of the step alone, so that nothing of it has to be kept.
-void GeneralizedAlpha::choose_sigma(const State& s) {
+void GeneralizedAlpha::shift_memory(State& s, const VectorXd&, const VectorXd& dVdot) { s.a += dVdot; }
+
+// From the start of the step alone, so that nothing of it has to be kept.
+void GeneralizedAlpha::choose_sigma() {
   for (int i = 0; i < system_.body_count(); ++i) {
-    sigma_[i] = spin_sigma_(i, s.v.segment<3>(6 * i + 3), s.vdot.segment<3>(6 * i + 3), h_);
+    sigma_[i] = spin_sigma_(i, V_n_.segment<3>(6 * i + 3), Vdot_n_.segment<3>(6 * i + 3), h_);
   }
 }
 
 // Lines 1-7 of Alg. 1. The residual form may start from any Vdot and lambda: they do not change its result.
 void GeneralizedAlpha::begin(const State& s) {
-  const auto& [alpha_m, alpha_f, beta, gamma] = alpha_;
-  if (settings_.is(SigmaMode::spin_optimal)) choose_sigma(s);
+  const auto& [alpha_m, alpha_f, beta, gamma] = of_step();
+  if (settings_.is(SigmaMode::spin_optimal)) choose_sigma();
   scales_.gamma_prime = gamma / (h_ * beta);  // Eq. (64)
   scales_.beta_prime = (1 - alpha_m) / (h_ * h_ * beta * (1 - alpha_f));
   scales_.scale = beta * h_ * h_;
-  a_n_ = Vdot_n_ + (h_ / s.last_step) * (s.a - Vdot_n_);  // a_n belongs to a step size: keeps order 2 when h changes
+  if (fresh_) {
+    a_n_ = Vdot_n_;
+  } else {
+    a_n_ = Vdot_n_ + (h_ / s.last_step) * (s.a - Vdot_n_);
+  }
   slope_ = (1 - alpha_m) / ((1 - alpha_f) * gamma * h_);
   offset_ = ((alpha_m - (1 - alpha_m) * (1 - gamma) / gamma) * a_n_ - alpha_f * Vdot_n_) / (1 - alpha_f);
   c_ = h_ * (1 - beta / gamma) * V_n_ + h_ * h_ * (0.5 - beta / gamma) * a_n_;
@@ -60,7 +66,7 @@ void GeneralizedAlpha::begin(const State& s) {
     lambda_.setZero();
   } else {
     Vdot_ = Vdot_n_;
-    lambda_ = s.lambda;
+    lambda_ = lambda_n_;
     if (settings_.is(Predictor::extrapolated)) {
       Vdot_ += (h_ / s.last_step) * (s.vdot - s.vdot_old);
       lambda_ += (h_ / s.last_step) * (s.lambda - s.lambda_old);
@@ -107,8 +113,10 @@ void GeneralizedAlpha::apply_increments(const State& s) {
 }
 
 void GeneralizedAlpha::finish(State& s) {
-  const auto& [alpha_m, alpha_f, beta, gamma] = alpha_;
-  if (residual_form_) {
+  const auto& [alpha_m, alpha_f, beta, gamma] = of_step();
+  if (fresh_) {
+    s.a = Vdot_ + alpha_.shift() * (Vdot_ - Vdot_n_);
+  } else if (residual_form_) {
     s.a = (V_ - V_n_) / (h_ * gamma) - ((1 - gamma) / gamma) * a_n_;  // (14)
   } else {                                                            // last line of the algorithms
     s.a = ((1 - alpha_f) * Vdot_ + alpha_f * Vdot_n_ - alpha_m * a_n_) / (1 - alpha_m);

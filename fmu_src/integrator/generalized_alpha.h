@@ -11,6 +11,11 @@
 // in the iteration. Every body may have a sigma of its own, and another one in every step: order 2 does not depend on
 // it.
 //
+// a belongs to a step size: for another one a_n = Vdot_n + h/h_last (a - Vdot_n) keeps order 2. What a has besides of
+// the order of h, from constraints, unresolved oscillations and rounding, grows with the ratio, so that longer steps in
+// turn with ones some hundred times shorter would be unstable. Steps that start anew are therefore done by the member
+// of the family that needs no a, the trapezoidal rule (alpha_m = alpha_f = 0, beta = 1/4, gamma = 1/2, a = Vdot).
+//
 // corrector = incremental: the increments of Algorithms 1 (index 3), 3 (stabilized index 2) and 2 (sigma != 1) as
 // printed. They never re-evaluate (12), so their leading error depends on the predictor; for reproducing the paper.
 #pragma once
@@ -31,12 +36,16 @@ class GeneralizedAlpha final : public ImplicitIntegrator {
   void remember_start(State& state, const VectorXd& V, const VectorXd& Vdot, const VectorXd& jerk) override;
   void begin(const State& state) override;
   void finish(State& state) override;
+  void shift_memory(State& state, const VectorXd& dV, const VectorXd& dVdot) override;
   void apply_increments(const State& state) override;
   LocalCoordinates::Derivative derivative() const override;
   bool quadratic() const override { return residual_form_; }
-  void choose_sigma(const State& state);
+  double position_error() const override { return of_step().position_error(); }
+  bool can_start_anew() const override { return true; }
+  const AlphaParameters& of_step() const { return fresh_ ? trapezoidal_ : alpha_; }
+  void choose_sigma();
 
-  const AlphaParameters alpha_;
+  const AlphaParameters alpha_, trapezoidal_ = AlphaParameters::trapezoidal();
   const bool residual_form_;
   SpinSigma spin_sigma_;
   VectorXd a_, a_n_;

@@ -18,10 +18,11 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSet
       start_(evaluation_),
       factorization_(matrix_.make_factorization()) {
   q_.setZero(system.position_size());
-  for (VectorXd* x : {&V_n_, &Vdot_n_, &c_, &offset_, &theta_, &V_, &Vdot_, &v_, &vdot_, &B_mu_, &v_old_, &r_}) {
+  for (VectorXd* x :
+       {&V_n_, &Vdot_n_, &c_, &offset_, &theta_, &V_, &Vdot_, &v_, &vdot_, &B_mu_, &v_n_, &vdot_n_, &v_old_, &r_}) {
     x->setZero(system.velocity_size());
   }
-  for (VectorXd* x : {&lambda_, &mu_}) x->setZero(system.constraint_size());
+  for (VectorXd* x : {&lambda_n_, &lambda_, &mu_}) x->setZero(system.constraint_size());
   u_.setZero(system.input_size());
   x_.setZero(matrix_.size());
 }
@@ -33,12 +34,20 @@ State ImplicitIntegrator::make_state() const {
 }
 
 // One step (Alg. 1 to 3): predict, then Newton iterations on r = 0, Phi = 0 and/or Phi' = 0.
-bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure) {
-  failure = {StepFailure::Reason::no_convergence, t, h, -1, 0, 0};
+bool ImplicitIntegrator::attempt(State& state, double h, const InputSignal& input, StepFailure& failure) {
+  failure = {StepFailure::Reason::no_convergence, state.time + h, h, -1, 0, 0};
+  if (h < kDrift * settings_.step_size) return drift(state, h, input, failure);
   h_ = h;
-  input.value(t, u_);
+  const bool longer = h > kMemory * state.last_step, shorter = kMemory * h < state.last_step;
+  fresh_ = longer && can_start_anew();
+  if (fresh_) {
+    if (!start_anew(state, input, failure)) return false;
+  } else {
+    coordinates_->to_group(state.q, state.v, state.vdot, V_n_, Vdot_n_);
+    lambda_n_ = state.lambda;
+  }
+  input.value(state.elapsed + h, u_);
   if (stabilized_) system_.evaluate(state.q, state.v, start_);
-  coordinates_->to_group(state.q, state.v, state.vdot, V_n_, Vdot_n_);
   mu_.setZero();
   B_mu_.setZero();
   begin(state);
@@ -49,7 +58,7 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
   // linear, and the remainders of many steps add up: ask for more.
   const double fraction = !modified && quadratic() && settings_.is(Jacobian::full) ? 1.0 : 0.01;
   matrix_is_new_ = false;
-  bool renew = !modified || std::abs(state.jacobian_step - h) > 1e-6 * h;
+  bool renew = !modified || fresh_ || std::abs(state.jacobian_step - h) > 1e-6 * h;
   double previous = 0;
   for (int iteration = 1; iteration <= settings_.max_newton_iterations; ++iteration) {
     system_.evaluate(q_, v_, evaluation_);
@@ -82,14 +91,23 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
     const double contractivity = iteration > 1 ? increment / previous : 0.0;
     const bool contracts = iteration > 1 && contractivity < 1.0;
     if (increment <= 1.0 || (contracts && increment * contractivity <= 1.0 - contractivity)) {
+      c_ = Vdot_ - Vdot_n_;  // free again; h times the derivative
+      const double error = std::abs(position_error()) * h * h * measure_(c_, failure.body);
+      if (settings_.is(StepControl::error)) {
+        failure.measure = error / settings_.error_tolerance;
+        failure.reason = StepFailure::Reason::inaccurate;
+        if (!(failure.measure <= 1.0)) return false;
+      }
+      if ((longer || shorter) && !satisfy_velocity_constraints(failure)) return false;
       finish(state);
       state.vdot = vdot_;
       state.lambda = lambda_;
       if (modified && matrix_is_new_) {
         std::swap(state.jacobian, factorization_);
-        state.jacobian_step = h_;
+        state.jacobian_step = fresh_ ? 0 : h_;  // that of another method, if fresh
       }
-      commit(state, t, h, q_, v_, evaluation_);
+      state.last_step = h;
+      commit(state, h, q_, v_, evaluation_, error);
       failure.reason = StepFailure::Reason::none;
       return true;
     }
@@ -101,6 +119,50 @@ bool ImplicitIntegrator::attempt(State& state, double t, double h, const InputSi
     previous = increment;
   }
   return false;
+}
+
+// Heun's method (explicit, order 2). Constraints hold to h^3, and the next step of another kind restores them.
+bool ImplicitIntegrator::drift(State& s, double h, const InputSignal& input, StepFailure& failure) {
+  solver_.displace(s.q, s.v, s.vdot, h, q_, v_n_);
+  input.value(s.elapsed + h, u_);
+  if (!solver_.accelerations(q_, v_n_, u_, vdot_n_, lambda_n_)) {
+    failure.reason = StepFailure::Reason::singular;
+    return false;
+  }
+  v_n_ = s.v + (0.5 * h) * (s.vdot + vdot_n_);
+  coordinates_->to_group(s.q, s.v, s.vdot, V_n_, Vdot_n_);
+  coordinates_->to_group(q_, v_n_, vdot_n_, V_, Vdot_);
+  c_ = V_ - V_n_;
+  offset_ = Vdot_ - Vdot_n_;
+  shift_memory(s, c_, offset_);
+  s.vdot = vdot_n_;
+  s.lambda = lambda_n_;
+  commit(s, h, q_, v_n_, solver_.evaluation(), s.error);
+  failure.reason = StepFailure::Reason::none;
+  return true;
+}
+
+bool ImplicitIntegrator::start_anew(State& s, const InputSignal& input, StepFailure& failure) {
+  input.value(s.elapsed, u_);
+  ++s.counters.jacobian_evaluations;
+  if (!solver_.accelerations(s.q, s.v, u_, vdot_n_, lambda_n_)) {
+    failure.reason = StepFailure::Reason::singular;
+    return false;
+  }
+  coordinates_->to_group(s.q, s.v, vdot_n_, V_n_, Vdot_n_);
+  return true;
+}
+
+// Index 3 leaves the velocities off the constraints by what positions of the last steps differ over h: an error that
+// only equal steps keep small.
+bool ImplicitIntegrator::satisfy_velocity_constraints(StepFailure& failure) {
+  if (!settings_.is(Formulation::index3) || system_.constraint_size() == 0) return true;
+  if (!solver_.project_velocities(q_, v_)) {
+    failure.reason = StepFailure::Reason::singular;
+    return false;
+  }
+  coordinates_->to_group(q_, v_, vdot_, V_, Vdot_);
+  return true;
 }
 
 bool ImplicitIntegrator::renew_matrix(const State& state) {

@@ -7,6 +7,14 @@
 //
 // Every theta, V and Vdot is computed anew from the unknowns, so the result depends neither on the predictor nor on the
 // iteration matrix. A method may instead accumulate increments, in apply_increments().
+//
+// What a method remembers of a step is divided by its length or is a difference over it, and serves the next one as far
+// as that is not much longer. Steps of any length may follow each other:
+//
+//   h > kMemory last_step       the method starts anew, from accelerations that the index-1 equations give
+//   or kMemory h < last_step    index 3 projects the velocities onto their constraints
+//   h < kDrift step_size        rounding of positions over h would enter the velocities: Heun's explicit method, which
+//                               divides by no h; the memory stays as it is
 #pragma once
 
 #include "integrator/integrator.h"
@@ -22,14 +30,22 @@ class ImplicitIntegrator : public Integrator {
   static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
   static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
   static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
+  static constexpr double kMemory = 2.0;
+  static constexpr double kDrift = 1e-5;
 
  protected:
   ImplicitIntegrator(const System& system, const IntegratorSettings& settings);
 
-  // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_ and Vdot_n_.
+  // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_, Vdot_n_ and
+  // lambda_n_, without what the method remembers if `fresh_`.
   virtual void begin(const State& state) = 0;
   // Stores what the method remembers of the step; V_n_, Vdot_n_ are those at its start, state.vdot is not yet new.
   virtual void finish(State& state) = 0;
+  // Moves what the method remembers with V and Vdot.
+  virtual void shift_memory(State& state, const VectorXd& dV, const VectorXd& dVdot) = 0;
+  // The error of the step in positions over h^3 and the derivative of Vdot.
+  virtual double position_error() const = 0;
+  virtual bool can_start_anew() const { return false; }
   // The iterate after a solution x_ of the linear system.
   virtual void apply_increments(const State& state);
   virtual LocalCoordinates::Derivative derivative() const { return LocalCoordinates::Derivative::exact; }
@@ -47,15 +63,21 @@ class ImplicitIntegrator : public Integrator {
   const bool stabilized_, transported_;
   NewtonMatrix matrix_;
   double h_ = 0;
+  bool fresh_ = false;  // the step starts anew
   StepScales scales_{};
   double slope_ = 0;
   // Of the step under way: at its start; known in it; the iterate, in the group's velocities.
-  VectorXd V_n_, Vdot_n_, c_, offset_;
+  VectorXd V_n_, Vdot_n_, lambda_n_, c_, offset_;
   VectorXd theta_, V_, Vdot_, q_, lambda_, mu_, B_mu_;
   VectorXd x_;  // solution of the linear system; it begins with the motion increments of all bodies
 
  private:
-  bool attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure) final;
+  bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) final;
+  int control_order() const final { return settings_.is(StepControl::error) ? 3 : 0; }
+  double largest_growth() const final { return kMemory; }
+  bool drift(State& state, double h, const InputSignal& input, StepFailure& failure);
+  bool start_anew(State& state, const InputSignal& input, StepFailure& failure);
+  bool satisfy_velocity_constraints(StepFailure& failure);
   bool renew_matrix(const State& state);
   void solve(const State& state);
   double scaled_increment(const State& state, double fraction, int& worst_body) const;
@@ -67,6 +89,7 @@ class ImplicitIntegrator : public Integrator {
   Evaluation start_;  // at the start of the step, for B(q_n)
   Factorization factorization_;
   bool matrix_is_new_ = false;
+  VectorXd v_n_, vdot_n_;  // mixed, at the start of a step that starts anew
   VectorXd v_old_, u_, r_;
 };
 

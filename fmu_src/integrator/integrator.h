@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "integrator/error_measure.h"
 #include "integrator/initial_conditions.h"
 #include "integrator/local_coordinates.h"
 #include "integrator/state.h"
@@ -32,16 +33,21 @@ class Integrator {
   // Adds a jump of vdot (after a jump of inputs or parameters) to all that depends on it.
   virtual void shift_accelerations(State& state, const VectorXd& jump);
 
-  // state.time -> t_end. Attempts that fail are repeated with halved steps; when that fails too, false is returned,
-  // the state stays where the last good step ended and `failure` tells why. The counters count every attempt.
-  [[nodiscard]] virtual bool step(State& state, double t_end, const InputSignal& input, StepFailure& failure);
+  // One internal step of h [s]. Attempts that fail are repeated with halved steps; with error control it is divided
+  // into steps whose errors keep the tolerance. When that fails too, false is returned, the state stays where the last
+  // good step ended and `failure` tells why. The counters count every attempt.
+  [[nodiscard]] bool step(State& state, double h, const InputSignal& input, StepFailure& failure);
 
  protected:
   Integrator(const System& system, const IntegratorSettings& settings);
 
-  // One step of h to t. On failure the state is as before, but for its counters.
-  [[nodiscard]] virtual bool attempt(State& state, double t, double h, const InputSignal& input,
-                                     StepFailure& failure) = 0;
+  // One step of h. On failure the state is as before, but for its counters.
+  [[nodiscard]] virtual bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) = 0;
+  // Step size control: an attempt tells its error over the tolerance, which grows as h to this power, in
+  // failure.measure, and fails as `inaccurate` where that is above 1. 0: no control.
+  virtual int control_order() const { return 0; }
+  // How many times longer than a step the next one may be at most.
+  virtual double largest_growth() const { return 5.0; }
   // The rest of initialize(): Vdot and its derivative, of the group's velocities V.
   virtual void remember_start(State&, const VectorXd& /*V*/, const VectorXd& /*Vdot*/, const VectorXd& /*jerk*/) {}
 
@@ -49,14 +55,19 @@ class Integrator {
   const VectorXd& jump_of_group(const State& state, const VectorXd& jump);
   // False, with the reason in `failure`, when theta turns a body by pi or more: coordinates are not one-to-one there.
   [[nodiscard]] bool unambiguous(const VectorXd& theta, StepFailure& failure) const;
-  // Takes over time, q, v and the turns of revolute joints, `e` being the evaluation at q and v.
-  void commit(State& state, double t, double h, const VectorXd& q, const VectorXd& v, const Evaluation& e);
+  // Takes over q, v, the turns of revolute joints, `e` being the evaluation at q and v, and the step's error.
+  void commit(State& state, double h, const VectorXd& q, const VectorXd& v, const Evaluation& e, double error);
 
   const System& system_;
   const IntegratorSettings settings_;
   std::unique_ptr<LocalCoordinates> coordinates_;
+  ConsistentSolver solver_;
+  ErrorMeasure measure_;
 
  private:
+  bool fixed_step(State& state, double h, const InputSignal& input, StepFailure& failure);
+  bool controlled_step(State& state, double h, const InputSignal& input, StepFailure& failure);
+
   VectorXd jump_;
 };
 

@@ -8,8 +8,13 @@ namespace {
 
 using Tableau = MuntheKaas::Tableau;
 
-constexpr Tableau kClassical = {
-    4, {{0}, {1. / 2}, {0, 1. / 2}, {0, 0, 1}}, {1. / 6, 1. / 3, 1. / 3, 1. / 6}, {0, 1. / 2, 1. / 2, 1}, {}};
+// With the rates at the end of the step, which the next one needs anyhow, weights (1/6, 1/3, 1/3, 0, 1/6) have order 3.
+constexpr Tableau kClassical = {4,
+                                {{0}, {1. / 2}, {0, 1. / 2}, {0, 0, 1}},
+                                {1. / 6, 1. / 3, 1. / 3, 1. / 6},
+                                {0, 1. / 2, 1. / 2, 1},
+                                {0, 0, 0, 1. / 6, -1. / 6},
+                                4};
 
 constexpr Tableau kDormandPrince = {7,
                                     {{0},
@@ -21,10 +26,11 @@ constexpr Tableau kDormandPrince = {7,
                                      {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84}},
                                     {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84, 0},
                                     {0, 1. / 5, 3. / 10, 4. / 5, 8. / 9, 1, 1},
-                                    {71. / 57600, 0, -71. / 16695, 71. / 1920, -17253. / 339200, 22. / 525, -1. / 40}};
+                                    {71. / 57600, 0, -71. / 16695, 71. / 1920, -17253. / 339200, 22. / 525, -1. / 40},
+                                    5};
 
 // x := sum_j weights[j] k[j]
-void combine(const double* weights, const std::array<VectorXd, MuntheKaas::kMaxStages>& k, int count, VectorXd& x) {
+void combine(const double* weights, const MuntheKaas::Rates& k, int count, VectorXd& x) {
   x.setZero();
   for (int j = 0; j < count; ++j) {
     if (weights[j] != 0.0) x += weights[j] * k[j];
@@ -36,8 +42,8 @@ void combine(const double* weights, const std::array<VectorXd, MuntheKaas::kMaxS
 MuntheKaas::MuntheKaas(const System& system, const IntegratorSettings& settings)
     : Integrator(system, settings),
       tableau_(settings.is(Method::rkmk54) ? kDormandPrince : kClassical),
-      adaptive_(settings.is(Method::rkmk54)),
-      solver_(system) {
+      embedded_(settings.is(Method::rkmk54)),
+      controlled_(embedded_ || settings.is(StepControl::error)) {
   const int n = system.velocity_size();
   for (auto& k : theta_rate_) k.setZero(n);
   for (auto& k : V_rate_) k.setZero(n);
@@ -47,41 +53,13 @@ MuntheKaas::MuntheKaas(const System& system, const IntegratorSettings& settings)
   u_.setZero(system.input_size());
 }
 
-// Error control: a step is accepted when its error is below the tolerance, and the next one is as long as the error,
-// which grows as h^5, lets expect. Steps end at t_end exactly.
-bool MuntheKaas::step(State& state, double t_end, const InputSignal& input, StepFailure& failure) {
-  if (!adaptive_) return Integrator::step(state, t_end, input, failure);
-  constexpr double kSafety = 0.9, kShrink = 0.2, kGrow = 5.0;
-  const double smallest = std::ldexp(t_end - state.time, -settings_.max_halvings) * 0.75;
-  while (state.time < t_end) {
-    const double remaining = t_end - state.time;
-    const double proposed = state.next_step > 0 ? state.next_step : remaining;
-    // Rather two equal steps than a tiny last one.
-    const double h = proposed >= remaining ? remaining : std::min(proposed, 0.5 * remaining + 0.25 * proposed);
-    const bool last = h == remaining;
-    const bool done = attempt(state, last ? t_end : state.time + h, h, input, failure);
-    const double factor =
-        failure.measure > 0 && failure.reason != StepFailure::Reason::rotation && std::isfinite(failure.measure)
-            ? std::clamp(kSafety * std::pow(failure.measure, -0.2), kShrink, kGrow)
-            : (done ? kGrow : 0.5);
-    if (done) {
-      state.next_step = last ? std::max(state.next_step, factor * h) : factor * h;
-      continue;
-    }
-    state.next_step = std::min(factor, 0.9) * h;
-    if (state.next_step < smallest) return false;
-    ++state.counters.retries;
-  }
-  return true;
-}
-
-bool MuntheKaas::attempt(State& state, double t, double h, const InputSignal& input, StepFailure& failure) {
-  failure = {StepFailure::Reason::none, t, h, -1, 0, 0};
+bool MuntheKaas::attempt(State& state, double h, const InputSignal& input, StepFailure& failure) {
+  failure = {StepFailure::Reason::none, state.time + h, h, -1, 0, 0};
   coordinates_->to_group(state.q, state.v, state.vdot, V_n_, V_rate_[0]);
   theta_rate_[0] = V_n_;
   double weights[kMaxStages];
   const auto scaled = [&](const double* from) {
-    for (int j = 0; j < tableau_.stages; ++j) weights[j] = h * from[j];
+    for (int j = 0; j < kMaxStages; ++j) weights[j] = h * from[j];
     return weights;
   };
   const int stages = tableau_.stages;
@@ -89,17 +67,13 @@ bool MuntheKaas::attempt(State& state, double t, double h, const InputSignal& in
     combine(scaled(tableau_.a[s]), theta_rate_, s, theta_);
     combine(weights, V_rate_, s, V_);
     V_ += V_n_;
-    if (!evaluate(s, state.time + tableau_.c[s] * h, state.q, input, state, failure)) return false;
+    if (!evaluate(s, state.elapsed + tableau_.c[s] * h, state.q, input, state, failure)) return false;
   }
-  if (adaptive_) {
-    combine(scaled(tableau_.error), theta_rate_, stages, theta_);
-    combine(weights, V_rate_, stages, V_);
-    const double error = scaled_error(h, failure.body);
-    failure.measure = error;
-    if (!(error <= 1.0)) {
-      failure.reason = std::isfinite(error) ? StepFailure::Reason::inaccurate : StepFailure::Reason::not_finite;
-      return false;
-    }
+  double error = 0;
+  if (embedded_) {
+    error = estimate(h, stages, failure.body);
+    failure.measure = scaled_error(h, failure.body);
+    if (!accepted(failure)) return false;
   }
   combine(scaled(tableau_.b), theta_rate_, stages, theta_);
   combine(weights, V_rate_, stages, V_);
@@ -107,21 +81,43 @@ bool MuntheKaas::attempt(State& state, double t, double h, const InputSignal& in
   if (!unambiguous(theta_, failure)) return false;
   coordinates_->compose(state.q, theta_, q_);
   coordinates_->to_mixed(q_, V_, V_rate_[0], v_, vdot_);
+  if (!embedded_) coordinates_->rate(theta_, V_, theta_rate_[stages]);
   if (!project(state, failure)) return false;
-  input.value(t, u_);
+  input.value(state.elapsed + h, u_);
   ++state.counters.jacobian_evaluations;
   if (!solver_.accelerations(q_, v_, u_, vdot_, lambda_)) {
     failure.reason = StepFailure::Reason::singular;
     return false;
   }
+  if (!embedded_) {
+    coordinates_->to_group(q_, v_, vdot_, V_, V_rate_[stages]);
+    error = estimate(h, stages + 1, failure.body);
+    failure.measure = error / settings_.error_tolerance;
+    if (controlled_ && !accepted(failure)) return false;
+  }
   state.vdot = vdot_;
   state.lambda = lambda_;
-  commit(state, t, h, q_, v_, solver_.evaluation());
+  commit(state, h, q_, v_, solver_.evaluation(), error);
   return true;
 }
 
-// The rates of a stage at (theta_, V_), time t.
-bool MuntheKaas::evaluate(int stage, double t, const VectorXd& q_n, const InputSignal& input, State& state,
+bool MuntheKaas::accepted(StepFailure& failure) const {
+  if (failure.measure <= 1.0) return true;
+  failure.reason = std::isfinite(failure.measure) ? StepFailure::Reason::inaccurate : StepFailure::Reason::not_finite;
+  return false;
+}
+
+// Leaves the errors of theta and V in theta_ and V_. That of V moves the body during the step as well.
+double MuntheKaas::estimate(double h, int rates, int& worst_body) {
+  double weights[kMaxStages + 1];
+  for (int j = 0; j < rates; ++j) weights[j] = h * tableau_.error[j];
+  combine(weights, theta_rate_, rates, theta_);
+  combine(weights, V_rate_, rates, V_);
+  return std::max(measure_(theta_, worst_body), h * measure_(V_, worst_body));
+}
+
+// The rates of a stage at (theta_, V_), `elapsed` since the communication point.
+bool MuntheKaas::evaluate(int stage, double elapsed, const VectorXd& q_n, const InputSignal& input, State& state,
                           StepFailure& failure) {
   if (!theta_.allFinite() || !V_.allFinite()) {
     failure.reason = StepFailure::Reason::not_finite;
@@ -130,7 +126,7 @@ bool MuntheKaas::evaluate(int stage, double t, const VectorXd& q_n, const InputS
   if (!unambiguous(theta_, failure)) return false;
   coordinates_->compose(q_n, theta_, q_);
   coordinates_->to_mixed(q_, V_, V_rate_[0], v_, vdot_);
-  input.value(t, u_);
+  input.value(elapsed, u_);
   ++state.counters.jacobian_evaluations;
   if (!solver_.accelerations(q_, v_, u_, vdot_, lambda_)) {
     failure.reason = StepFailure::Reason::singular;

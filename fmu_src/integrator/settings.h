@@ -13,6 +13,7 @@ enum class LieGroup { r3xso3 = 1, se3 };
 enum class CoordinateMap { exponential = 1, cayley, cayley2 };
 enum class AbsoluteCoordinates { quaternion = 1, rotation_vector };
 enum class SigmaMode { fixed = 1, spin_optimal };
+enum class StepControl { fixed = 1, error };
 // Where the residual form starts its iterations: the result does not depend on it, so it is no variable of the FMU.
 enum class Predictor { previous = 1, zero, extrapolated };
 
@@ -33,6 +34,8 @@ struct IntegratorSettings {
   int jacobian = static_cast<int>(Jacobian::full);
   int newton = static_cast<int>(Newton::full);
   int sigma_mode = static_cast<int>(SigmaMode::fixed);
+  int step_control = static_cast<int>(StepControl::fixed);
+  double error_tolerance = 1e-8;  // of an internal step, with step_control error: position over the mechanism's size
   int predictor = static_cast<int>(Predictor::previous);
 
   bool is(Method m) const { return method == static_cast<int>(m); }
@@ -44,19 +47,29 @@ struct IntegratorSettings {
   bool is(Jacobian j) const { return jacobian == static_cast<int>(j); }
   bool is(Newton n) const { return newton == static_cast<int>(n); }
   bool is(SigmaMode m) const { return sigma_mode == static_cast<int>(m); }
+  bool is(StepControl c) const { return step_control == static_cast<int>(c); }
   bool is(Predictor p) const { return predictor == static_cast<int>(p); }
 };
 
-// Chung and Hulbert's parameters for a spectral radius rho at infinite frequency.
+// Parameters of the generalized-alpha family.
 struct AlphaParameters {
   double alpha_m, alpha_f, beta, gamma;
 
+  // Chung and Hulbert's for a spectral radius rho at infinite frequency.
   explicit AlphaParameters(double rho) : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)) {
     gamma = 0.5 + alpha_f - alpha_m;
     beta = 0.25 * (gamma + 0.5) * (gamma + 0.5);
   }
+  // The trapezoidal rule, whose algorithmic acceleration is vdot itself.
+  static AlphaParameters trapezoidal() {
+    AlphaParameters p(1.0);
+    p.alpha_m = p.alpha_f = 0.0;
+    return p;
+  }
   // a_n approximates vdot(t_n + shift h).
   double shift() const { return alpha_m - alpha_f; }
+  // A step's error in positions over h^3 and the derivative of vdot: C_q of (41).
+  double position_error() const { return (1 - 6 * beta - 3 * shift()) / 6; }
 };
 
 }  // namespace sigmafmu

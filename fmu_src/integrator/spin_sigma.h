@@ -94,7 +94,7 @@ class SpinSigma {
 
   static double optimum(double q, const AlphaParameters& p) {
     const auto half = [](double x) { return 0.5 * x * (1 - x); };
-    const double C_q = (1 - 6 * p.beta - 3 * p.shift()) / 6;
+    const double C_q = p.position_error();
     const double eta = half(p.gamma) + half(p.alpha_f) - half(p.alpha_m) - 1.0 / 24;
     return 4 * p.gamma / p.beta * (1.0 / 12 - C_q + eta * q);
   }

@@ -17,6 +17,7 @@ struct StepCounters {
 
 struct State {
   double time = 0;         // [s]
+  double elapsed = 0;      // since the communication point from which InputSignal counts [s]
   Eigen::VectorXd q;       // per body p_WB [m], quat_WB (w, x, y, z)
   Eigen::VectorXd v;       // per body v_WB in W [m/s], w_WB_B in B [rad/s]
   Eigen::VectorXd vdot;    // [m/s2], [rad/s2]
@@ -28,7 +29,9 @@ struct State {
   // BLieDF alone: theta/h and the change of V over h in the last step. V, Vdot, a and these belong to the group: on
   // SE(3) their translations are resolved in the body.
   Eigen::VectorXd mean_velocity, mean_acceleration;
-  double next_step = 0;  // rkmk54 alone: step size that its error control proposes (0: none yet) [s]
+  double next_step = 0;      // step size that error control proposes (0: none yet) [s]
+  double error = 0;          // estimated position error of the last step, relative to the mechanism's size
+  double largest_error = 0;  // of all steps since the start
   // Modified Newton alone: the matrix it keeps from step to step, and the step size it was made for (0: none yet).
   Factorization jacobian;
   double jacobian_step = 0;

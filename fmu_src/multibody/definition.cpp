@@ -1,6 +1,7 @@
 #include "multibody/definition.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -201,6 +202,28 @@ int MultibodyDef::add(SpringDamperDef spring_damper) {
 int MultibodyDef::add(LoadDef load) {
   loads.push_back(std::move(load));
   return static_cast<int>(loads.size()) - 1;
+}
+
+double size(const MultibodyDef& d) {
+  double largest = 0;
+  const auto add = [&](int body, const Vector3d& point, int node) {
+    if (body == kGround) return;
+    const Vector3d origin = node == kFloatingFrame ? Vector3d::Zero() : Vector3d(d.bodies[body].modal->nodes.row(node));
+    largest = std::max(largest, (origin + point).norm());
+  };
+  for (const RigidBodyDef& b : d.bodies) {
+    largest = std::max(largest,
+                       b.modal ? b.modal->nodes.rowwise().norm().maxCoeff() : std::sqrt(b.inertia.maxCoeff() / b.mass));
+  }
+  for (const JointDef& j : d.joints) {
+    add(j.body1, j.frame1.origin, j.frame1.node);
+    add(j.body2, j.frame2.origin, j.frame2.node);
+  }
+  for (const SpringDamperDef& s : d.spring_dampers) {
+    add(s.body1, s.point1, s.node1);
+    add(s.body2, s.point2, s.node2);
+  }
+  return largest;
 }
 
 void validate(const MultibodyDef& d) {

@@ -123,6 +123,10 @@ struct MultibodyDef {
   int add(LoadDef load);
 };
 
+// How large the mechanism is [m]: the largest distance of a joint, spring-damper or node from the origin of its body's
+// frame, or the largest radius of gyration.
+double size(const MultibodyDef& definition);
+
 // Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: mass and
 // inertia that no rigid body can have, a zero quaternion, negative stiffness, numbers that are not finite, unknown
 // bodies, axes that are no rotation; modal data of wrong sizes, not symmetric, not positive semidefinite, unknown

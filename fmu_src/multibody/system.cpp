@@ -13,7 +13,7 @@ PairBlocks all(Matrix6d (&m)[2][2]) { return {{{&m[0][0], &m[0][1]}, {&m[1][0], 
 
 }  // namespace
 
-System::System(const MultibodyDef& d) {
+System::System(const MultibodyDef& d) : size_(sigmafmu::size(d)) {
   const int n = body_count_ = static_cast<int>(d.bodies.size());
   pattern_.body_sizes.assign(n, kVelocitiesPerBody);
   for (int i = 0; i < n; ++i) {

@@ -79,6 +79,7 @@ class System {
   int velocity_size() const { return kVelocitiesPerBody * body_count() + modal_count_; }
   int constraint_size() const { return constraint_size_; }
   int input_size() const { return input_size_; }
+  double size() const { return size_; }  // of the mechanism [m]
   const BlockPattern& pattern() const { return pattern_; }
   // Mass and inertia of a rigid body; zero for a flexible one, whose inertia Evaluation::flexible and modal_M hold.
   const RigidBody& body(int i) const { return bodies_[i]; }
@@ -195,6 +196,7 @@ class System {
   std::vector<int> frame_joints_, frame_springs_;  // those that do not attach to a node
   std::vector<int> lambda_index_, motor_index_, actuator_index_;
   int constraint_size_ = 0, input_size_ = 0;
+  double size_;
 
   std::vector<FlexibleBody> flexible_;
   std::vector<int> flexible_index_;                 // by body

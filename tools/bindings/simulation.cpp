@@ -32,12 +32,14 @@ struct PySimulation {
   }
   // `steps` equal internal steps up to t_end.
   void run(double t_end, int steps) {
-    const double t0 = state.time;
+    const double t0 = state.time, elapsed = state.elapsed, h = (t_end - t0) / steps;
     for (int i = 1; i <= steps; ++i) {
       StepFailure failure;
-      if (!integrator->step(state, t0 + (t_end - t0) * i / steps, input, failure)) {
+      if (!integrator->step(state, h, input, failure)) {
         throw std::runtime_error("step failed at t = " + std::to_string(failure.time));
       }
+      state.time = t0 + (t_end - t0) * i / steps;
+      state.elapsed = elapsed + (t_end - t0) * i / steps;
     }
   }
   // Positions, velocities and multipliers after each of `steps` steps: arrays (steps + 1) x size.
@@ -56,9 +58,18 @@ struct PySimulation {
     if (u0.size() != system.input_size() || u1.size() != system.input_size()) {
       throw std::invalid_argument("an input vector has the wrong size");
     }
-    input.t0 = t0;
+    VectorXd before(u0.size()), after(u0.size()), vdot_before, vdot_after, lambda;
+    input.value(state.elapsed, before);
+    state.elapsed = state.time - t0;
     input.derivative[0] = u0;
     input.derivative[1] = u1;
+    input.value(state.elapsed, after);
+    if (after == before) return;
+    if (!solver.accelerations(state.q, state.v, before, vdot_before, lambda) ||
+        !solver.accelerations(state.q, state.v, after, vdot_after, lambda)) {
+      throw std::runtime_error("no consistent accelerations");
+    }
+    integrator->shift_accelerations(state, vdot_after - vdot_before);
   }
 
   Mechanism mechanism;
@@ -105,6 +116,8 @@ void bind_simulation(nb::module_& m) {
       .def_rw("a", &State::a)
       .def_rw("lambda_", &State::lambda)
       .def_ro("angle", &State::angle)
+      .def_ro("error", &State::error)
+      .def_ro("largest_error", &State::largest_error)
       .def_ro("counters", &State::counters);
   nb::class_<PySimulation>(m, "Simulation", "A mechanism, assembled at its initial values, and its integrator.")
       .def(nb::init<const Mechanism&>())
