@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxInternalSteps = 1e9;  // per communication step
-constexpr double kLargeError = 1e-3;       // of an internal step, relative to the mechanism's size: warn
+constexpr double kLargeError = 3e-4;       // of an internal step, relative to the mechanism's size: warn
 constexpr double kLargeTurn = 1.0;         // of a body in an internal step [rad]: warn
 
 template <typename Error, typename... Parts>
@@ -398,7 +398,7 @@ bool Slave::do_step(double t, double H) {
   data_.input.derivative[0] = data_.last_input;  // where the derivatives led is what holds from here on
   for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
   s.elapsed = 0;
-  warn_about_accuracy(s.time, length);
+  if (ok) warn_about_accuracy(s.time, length);
   if (reports_events && s.counters.retries > retries) {
     std::ostringstream text;
     text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
@@ -436,7 +436,7 @@ void Slave::describe_failure(const StepFailure& f) {
   message_ = text.str();
 }
 
-void Slave::warn_about_settings() const {
+void Slave::warn_about_settings() {
   const IntegratorSettings& settings = mechanism_.integrator;
   for (int i = 0; i < engine_->system.body_count(); ++i) {
     const double w = data_.state.v.segment<3>(6 * i + 3).norm();
@@ -446,6 +446,7 @@ void Slave::warn_about_settings() const {
            << " spins at " << w << " rad/s: internal steps must be halved until the rotation in one is below pi; "
            << "choose at most " << kPi / w / 4 << " s.";
       report_(Report::warning, text.str());
+      warned_of_spin_ = true;
     }
   }
   if (settings.is(Formulation::index3) && settings.spectral_radius == 1.0 && engine_->system.constraint_size() > 0) {

@@ -92,7 +92,7 @@ class Slave {
                                 VectorXd& lambda);
   View view() const;
   void absorb_jump();
-  void warn_about_settings() const;
+  void warn_about_settings();
   void warn_about_accuracy(double t, double h);
   void describe_failure(const StepFailure& failure);
 

@@ -43,7 +43,7 @@ void BLieDF::begin(const State& s) {
   scales_.beta_prime = slope_ * slope_;
   scales_.scale = 1 / scales_.beta_prime;
   theta_ = c_ + (V_n_ + (Vdot_n_ - offset_) / slope_) / slope_;  // with Vdot_n at the end as well
-  lambda_ = lambda_n_;
+  lambda_ = fresh_ ? lambda_n_ : s.lambda;
   iterate_from_motion(s);
 }
 

@@ -5,8 +5,8 @@
 //   Vdot_{n+1} = (1 + omega) (V_{n+1} - V_n)/h - omega (V_n - V_{n-1})/h_old
 //
 // and q_{n+1} = q_n o psi(theta_n). Means over steps are velocities in their middle up to O(h^2), and brackets enter
-// with the same order, so that two steps need no bracket. Damps all that is stiff. A step of index 3 that follows a
-// much shorter one is done by the trapezoidal rule.
+// with the same order, so that two steps need no bracket. Damps all that is stiff. A step that follows a much
+// shorter one is done by the trapezoidal rule.
 #pragma once
 
 #include "integrator/implicit_integrator.h"
@@ -26,8 +26,9 @@ class BLieDF final : public ImplicitIntegrator {
   void finish(State& state) override;
   void shift_memory(State& state, const VectorXd& dV, const VectorXd& dVdot) override;
   double position_error() const override { return fresh_ ? 1.0 / 12.0 : 2.0 / 9.0; }
-  // A mean over a short step has the error of its positions, as far as constraints hold them, over h.
-  bool can_start_anew() const override { return settings_.is(Formulation::index3); }
+  // A mean over a short step has the error of its positions, as far as constraints hold them, over h: that of the
+  // method in index 3, else rounding.
+  double memory() const override { return settings_.is(Formulation::index3) ? kMemory : 1e4; }
 };
 
 }  // namespace sigmafmu

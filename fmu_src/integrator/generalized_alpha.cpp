@@ -66,7 +66,7 @@ void GeneralizedAlpha::begin(const State& s) {
     lambda_.setZero();
   } else {
     Vdot_ = Vdot_n_;
-    lambda_ = lambda_n_;
+    lambda_ = fresh_ ? lambda_n_ : s.lambda;
     if (settings_.is(Predictor::extrapolated)) {
       Vdot_ += (h_ / s.last_step) * (s.vdot - s.vdot_old);
       lambda_ += (h_ / s.last_step) * (s.lambda - s.lambda_old);

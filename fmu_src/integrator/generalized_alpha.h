@@ -41,7 +41,6 @@ class GeneralizedAlpha final : public ImplicitIntegrator {
   LocalCoordinates::Derivative derivative() const override;
   bool quadratic() const override { return residual_form_; }
   double position_error() const override { return of_step().position_error(); }
-  bool can_start_anew() const override { return true; }
   const AlphaParameters& of_step() const { return fresh_ ? trapezoidal_ : alpha_; }
   void choose_sigma();
 

@@ -36,15 +36,14 @@ State ImplicitIntegrator::make_state() const {
 // One step (Alg. 1 to 3): predict, then Newton iterations on r = 0, Phi = 0 and/or Phi' = 0.
 bool ImplicitIntegrator::attempt(State& state, double h, const InputSignal& input, StepFailure& failure) {
   failure = {StepFailure::Reason::no_convergence, state.time + h, h, -1, 0, 0};
-  if (h < kDrift * settings_.step_size) return drift(state, h, input, failure);
+  if (h < kDrift) return drift(state, h, input, failure);
   h_ = h;
   const bool longer = h > kMemory * state.last_step, shorter = kMemory * h < state.last_step;
-  fresh_ = longer && can_start_anew();
+  fresh_ = h > memory() * state.last_step;
   if (fresh_) {
     if (!start_anew(state, input, failure)) return false;
   } else {
     coordinates_->to_group(state.q, state.v, state.vdot, V_n_, Vdot_n_);
-    lambda_n_ = state.lambda;
   }
   input.value(state.elapsed + h, u_);
   if (stabilized_) system_.evaluate(state.q, state.v, start_);
@@ -92,11 +91,14 @@ bool ImplicitIntegrator::attempt(State& state, double h, const InputSignal& inpu
     const bool contracts = iteration > 1 && contractivity < 1.0;
     if (increment <= 1.0 || (contracts && increment * contractivity <= 1.0 - contractivity)) {
       c_ = Vdot_ - Vdot_n_;  // free again; h times the derivative
-      const double error = std::abs(position_error()) * h * h * measure_(c_, failure.body);
-      if (settings_.is(StepControl::error)) {
+      const double error = std::abs(position_error()) * h * h * measure_(c_);
+      if (control_order() > 0) {
         failure.measure = error / settings_.error_tolerance;
         failure.reason = StepFailure::Reason::inaccurate;
-        if (!(failure.measure <= 1.0)) return false;
+        if (!(failure.measure <= 1.0)) {
+          failure.body = measure_.worst_body(c_);
+          return false;
+        }
       }
       if ((longer || shorter) && !satisfy_velocity_constraints(failure)) return false;
       finish(state);
@@ -239,7 +241,7 @@ void ImplicitIntegrator::iterate_from_motion(const State& s) {
 }
 
 // Largest velocity increment over a fraction of its tolerance, all bodies, translation, rotation and modes apart. The
-// floor is the rounding of the positions, seen through gamma'.
+// floor is the rounding of the positions, of this body and of what joints hold it to, seen through gamma'.
 double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int& worst_body) const {
   constexpr double kFloor = 8 * std::numeric_limits<double>::epsilon();
   double largest = 0;
@@ -253,7 +255,7 @@ double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int
     worst_body = i;
   };
   for (int i = 0; i < system_.body_count(); ++i) {
-    const double size[2] = {s.q.segment<3>(7 * i).norm(), 1.0};
+    const double size[2] = {s.q.segment<3>(7 * i).norm() + system_.size(), 1.0};
     for (int part = 0; part < 2; ++part) {
       const int at = 6 * i + 3 * part;
       add(i, v_.segment<3>(at).norm(), (v_.segment<3>(at) - v_old_.segment<3>(at)).norm(), x_.segment<3>(at).norm(),
@@ -264,7 +266,7 @@ double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int
     const int at = system_.modal_velocity(f), count = system_.flexible(f).modes();
     add(system_.flexible_body(f), v_.segment(at, count).norm(),
         (v_.segment(at, count) - v_old_.segment(at, count)).norm(), x_.segment(at, count).norm(),
-        s.q.segment(system_.modal_position(f), count).norm());
+        s.q.segment(system_.modal_position(f), count).norm() + measure_.modal_size(f));
   }
   return largest;
 }

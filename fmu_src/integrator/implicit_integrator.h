@@ -11,10 +11,10 @@
 // What a method remembers of a step is divided by its length or is a difference over it, and serves the next one as far
 // as that is not much longer. Steps of any length may follow each other:
 //
-//   h > kMemory last_step       the method starts anew, from accelerations that the index-1 equations give
+//   h > memory() last_step      the method starts anew, from accelerations that the index-1 equations give
 //   or kMemory h < last_step    index 3 projects the velocities onto their constraints
-//   h < kDrift step_size        rounding of positions over h would enter the velocities: Heun's explicit method, which
-//                               divides by no h; the memory stays as it is
+//   h < kDrift                  nothing moves by more than rounding: Heun's explicit method, which divides by no h; the
+//                               memory stays as it is
 #pragma once
 
 #include "integrator/integrator.h"
@@ -30,14 +30,14 @@ class ImplicitIntegrator : public Integrator {
   static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
   static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
   static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
-  static constexpr double kMemory = 2.0;
-  static constexpr double kDrift = 1e-5;
+  static constexpr double kMemory = 1.5;
+  static constexpr double kDrift = 1e-12;  // [s]
 
  protected:
   ImplicitIntegrator(const System& system, const IntegratorSettings& settings);
 
-  // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_, Vdot_n_ and
-  // lambda_n_, without what the method remembers if `fresh_`.
+  // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_, Vdot_n_,
+  // if `fresh_` with lambda_n_ and without what the method remembers.
   virtual void begin(const State& state) = 0;
   // Stores what the method remembers of the step; V_n_, Vdot_n_ are those at its start, state.vdot is not yet new.
   virtual void finish(State& state) = 0;
@@ -45,7 +45,8 @@ class ImplicitIntegrator : public Integrator {
   virtual void shift_memory(State& state, const VectorXd& dV, const VectorXd& dVdot) = 0;
   // The error of the step in positions over h^3 and the derivative of Vdot.
   virtual double position_error() const = 0;
-  virtual bool can_start_anew() const { return false; }
+  // How many times longer than the step before a step may be that uses what is remembered of it.
+  virtual double memory() const { return kMemory; }
   // The iterate after a solution x_ of the linear system.
   virtual void apply_increments(const State& state);
   virtual LocalCoordinates::Derivative derivative() const { return LocalCoordinates::Derivative::exact; }
@@ -74,7 +75,7 @@ class ImplicitIntegrator : public Integrator {
  private:
   bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) final;
   int control_order() const final { return settings_.is(StepControl::error) ? 3 : 0; }
-  double largest_growth() const final { return kMemory; }
+  double largest_growth() const final { return 0.99 * kMemory; }
   bool drift(State& state, double h, const InputSignal& input, StepFailure& failure);
   bool start_anew(State& state, const InputSignal& input, StepFailure& failure);
   bool satisfy_velocity_constraints(StepFailure& failure);

@@ -71,7 +71,7 @@ bool MuntheKaas::attempt(State& state, double h, const InputSignal& input, StepF
   }
   double error = 0;
   if (embedded_) {
-    error = estimate(h, stages, failure.body);
+    error = estimate(h, stages);
     failure.measure = scaled_error(h, failure.body);
     if (!accepted(failure)) return false;
   }
@@ -91,9 +91,12 @@ bool MuntheKaas::attempt(State& state, double h, const InputSignal& input, StepF
   }
   if (!embedded_) {
     coordinates_->to_group(q_, v_, vdot_, V_, V_rate_[stages]);
-    error = estimate(h, stages + 1, failure.body);
+    error = estimate(h, stages + 1);
     failure.measure = error / settings_.error_tolerance;
-    if (controlled_ && !accepted(failure)) return false;
+    if (controlled_ && !accepted(failure)) {
+      failure.body = measure_.worst_body(V_);
+      return false;
+    }
   }
   state.vdot = vdot_;
   state.lambda = lambda_;
@@ -108,12 +111,12 @@ bool MuntheKaas::accepted(StepFailure& failure) const {
 }
 
 // Leaves the errors of theta and V in theta_ and V_. That of V moves the body during the step as well.
-double MuntheKaas::estimate(double h, int rates, int& worst_body) {
+double MuntheKaas::estimate(double h, int rates) {
   double weights[kMaxStages + 1];
   for (int j = 0; j < rates; ++j) weights[j] = h * tableau_.error[j];
   combine(weights, theta_rate_, rates, theta_);
   combine(weights, V_rate_, rates, V_);
-  return std::max(measure_(theta_, worst_body), h * measure_(V_, worst_body));
+  return std::max(measure_(theta_), h * measure_(V_));
 }
 
 // The rates of a stage at (theta_, V_), `elapsed` since the communication point.

@@ -40,7 +40,7 @@ class MuntheKaas final : public Integrator {
   bool evaluate(int stage, double elapsed, const VectorXd& q_n, const InputSignal& input, State& state,
                 StepFailure& failure);
   bool project(State& state, StepFailure& failure);
-  double estimate(double h, int rates, int& worst_body);
+  double estimate(double h, int rates);
   double scaled_error(double h, int& worst_body);
   bool accepted(StepFailure& failure) const;
 

@@ -30,11 +30,12 @@ Settings = Mapping[str, SettingValue]
 
 
 def integrator_combinations() -> list[Settings]:
-    """Every choice of formulation, corrector, jacobian and newton; a sigma of its own for each body; every method on
-    every group, with all coordinates taking turns."""
+    """Every choice of formulation, corrector, jacobian and newton; a sigma of its own for each body; controlled steps;
+    every method on every group, with all coordinates taking turns."""
     names = ("formulation", "corrector", "jacobian", "newton")
     return [
         {"integrator.sigmaMode": "spinOptimal"},
+        *({"integrator.stepControl": "error", "integrator.method": method} for method in METHODS),
         *(
             {f"integrator.{name}": value for name, value in zip(names, values, strict=True)}
             for values in itertools.product(FORMULATIONS, CORRECTORS, JACOBIANS, NEWTONS)

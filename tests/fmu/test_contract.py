@@ -200,6 +200,7 @@ ENUMERATIONS = {
     "integrator.jacobian": (JACOBIANS, "full"),
     "integrator.newton": (NEWTONS, "full"),
     "integrator.sigmaMode": (("fixed", "spinOptimal"), "fixed"),
+    "integrator.stepControl": (("fixed", "error"), "fixed"),
     "integrator.method": (METHODS, "generalizedAlpha"),
     "integrator.group": (GROUPS, "R3xSO3"),
     "integrator.localCoordinates": (LOCAL_COORDINATES, "exp"),
@@ -294,12 +295,15 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         ("sigma", 1.0),
         ("absoluteTolerance", 1e-10),
         ("relativeTolerance", 1e-8),
+        ("errorTolerance", 1e-8),
     ):
         add(f"integrator.{name}", 0, "parameter", "1", "fixed", start)
     for name, start in (("maxNewtonIterations", 20), ("maxHalvings", 10)):
         rows[f"integrator.{name}"] = Row("Integer", "parameter", "fixed", None, start)
     for name, (items, default) in ENUMERATIONS.items():
         rows[name] = Row("Enumeration", "parameter", "fixed", None, items.index(default) + 1)
+    for estimate in ("errorEstimate", "largestErrorEstimate"):
+        add(f"integrator.{estimate}", 0, "output", "1")
     for counter in ("steps", "newtonIterations", "jacobianEvaluations", "retries"):
         rows[f"integrator.{counter}"] = Row("Integer", "output", "discrete")
     return rows

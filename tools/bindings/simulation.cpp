@@ -30,17 +30,21 @@ struct PySimulation {
   void start() {
     if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");
   }
-  // `steps` equal internal steps up to t_end.
-  void run(double t_end, int steps) {
-    const double t0 = state.time, elapsed = state.elapsed, h = (t_end - t0) / steps;
-    for (int i = 1; i <= steps; ++i) {
+  // `steps` internal steps of h.
+  void advance(double h, int steps) {
+    for (int i = 0; i < steps; ++i) {
       StepFailure failure;
       if (!integrator->step(state, h, input, failure)) {
         throw std::runtime_error("step failed at t = " + std::to_string(failure.time));
       }
-      state.time = t0 + (t_end - t0) * i / steps;
-      state.elapsed = elapsed + (t_end - t0) * i / steps;
     }
+  }
+  // `steps` equal internal steps up to t_end.
+  void run(double t_end, int steps) {
+    const double length = t_end - state.time, elapsed = state.elapsed + length;
+    advance(length / steps, steps);
+    state.time = t_end;
+    state.elapsed = elapsed;
   }
   // Positions, velocities and multipliers after each of `steps` steps: arrays (steps + 1) x size.
   nb::tuple trajectory(double t_end, int steps) {
@@ -123,6 +127,7 @@ void bind_simulation(nb::module_& m) {
       .def(nb::init<const Mechanism&>())
       .def_rw("state", &PySimulation::state)
       .def("start", &PySimulation::start, "Consistent accelerations at the present q, v.")
+      .def("advance", &PySimulation::advance, "h"_a, "steps"_a, "`steps` internal steps of h [s].")
       .def("run", &PySimulation::run, "t_end"_a, "steps"_a)
       .def("trajectory", &PySimulation::trajectory, "t_end"_a, "steps"_a, "(t, q, v, lambda)")
       .def("set_input", &PySimulation::set_input, "u0"_a, "u1"_a, "t0"_a);
