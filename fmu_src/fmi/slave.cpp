@@ -485,7 +485,9 @@ void Slave::restore(const Snapshot& snapshot) {
   if (snapshot.parameters.size() != parameter_references_.size()) {
     throw Refused("The FMU state belongs to another mechanism.");
   }
-  const bool outdated = data_.stale;  // parameters may have been set that the engine does not know yet
+  // Parameters may have been set that the engine does not know yet.
+  const bool outdated = data_.stale || data_.tolerance != snapshot.tolerance;
+  data_.tolerance = snapshot.tolerance;
   if (apply_parameters(snapshot.parameters) || outdated) {
     build();
   } else {
