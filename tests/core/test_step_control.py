@@ -126,13 +126,16 @@ def test_index_3_without_damping_is_right_or_stops():
 
 
 def test_energy_that_rkmk4_loses_at_a_change_point_is_told():
-    """Crank and rod of equal length, which pass the position where the slider is in the middle and the rod may turn with
+    """Crank and rod of equal length; they pass the position where the slider is in the middle and the rod may turn with
     the crank. Steps of 10 ms lose up to half of the energy there."""
     lost = []
     for angle in np.linspace(0.7, 1.2, 15):
         simulation, system = equal_slider_crank(angle, method=RKMK4, step_size=1e-2)
         start = system.energy(simulation.state.q, simulation.state.v)
-        simulation.run(1.0, 100)
+        try:
+            simulation.run(1.0, 100)
+        except RuntimeError:  # told as well
+            continue
         state = simulation.state
         lost.append((abs(system.energy(state.q, state.v) / start - 1), state.largest_error))
     assert max(energy for energy, _ in lost) > 0.1, "there is something to tell"
