@@ -255,7 +255,7 @@ double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int
     worst_body = i;
   };
   for (int i = 0; i < system_.body_count(); ++i) {
-    const double size[2] = {s.q.segment<3>(7 * i).norm() + system_.size(), 1.0};
+    const double size[2] = {std::max(s.q.segment<3>(7 * i).norm(), system_.size()), 1.0};
     for (int part = 0; part < 2; ++part) {
       const int at = 6 * i + 3 * part;
       add(i, v_.segment<3>(at).norm(), (v_.segment<3>(at) - v_old_.segment<3>(at)).norm(), x_.segment<3>(at).norm(),
@@ -266,7 +266,7 @@ double ImplicitIntegrator::scaled_increment(const State& s, double fraction, int
     const int at = system_.modal_velocity(f), count = system_.flexible(f).modes();
     add(system_.flexible_body(f), v_.segment(at, count).norm(),
         (v_.segment(at, count) - v_old_.segment(at, count)).norm(), x_.segment(at, count).norm(),
-        s.q.segment(system_.modal_position(f), count).norm() + measure_.modal_size(f));
+        std::max(s.q.segment(system_.modal_position(f), count).norm(), measure_.modal_size(f)));
   }
   return largest;
 }
