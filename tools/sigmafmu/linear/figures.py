@@ -1,0 +1,109 @@
+"""Bode and pole plots of linear models."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from sigmafmu import SigmafmuError
+from sigmafmu.linear.model import LinearModel
+from sigmafmu.plots import COLORS, STYLE, save
+
+MAX_INPUTS, MAX_OUTPUTS = 4, 6
+DECADES = 1.0
+"""How far a Bode plot goes beyond the slowest and the fastest pole."""
+POINTS = 2000
+NOTHING = 1e-13
+"""Responses below this part of an input's largest one are rounding and not drawn."""
+
+
+def bode(model: LinearModel, path: Path | str) -> None:
+    """Magnitude and phase of outputs (curves) over the frequency of inputs (columns)."""
+    inputs, outputs = len(model.inputs), len(model.outputs)
+    if not 0 < inputs <= MAX_INPUTS or not 0 < outputs <= MAX_OUTPUTS:
+        raise SigmafmuError(
+            f"a Bode plot shows 1 to {MAX_INPUTS} inputs and 1 to {MAX_OUTPUTS} outputs, not {inputs} and {outputs}; "
+            "choose them with --input and --output"
+        )
+    omega = _frequencies(model)
+    response = model.frequency_response(omega)
+    size = np.abs(response)
+    drawn = size.max(axis=0) > NOTHING * size.max(axis=(0, 1))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3.0 + 4.2 * inputs, 6.0), layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(_title(model), x=0.01, ha="left", fontsize=11)
+        axes = figure.subplots(2, inputs, squeeze=False, sharex=True)
+        for j, (name, unit) in enumerate(zip(model.inputs, model.input_units, strict=True)):
+            magnitude, phase = axes[:, j]
+            for i in np.flatnonzero(drawn[:, j]):
+                label = f"{model.outputs[i]} in {_per(model.output_units[i], unit)}"
+                magnitude.loglog(omega, size[:, i, j], color=COLORS[i], label=label)
+                degrees = np.degrees(np.unwrap(np.angle(response[:, i, j])))
+                turns = 360 * np.round((degrees[0] + 90) / 360)  # begin within (−270°, 90°]
+                phase.semilogx(omega, degrees - turns, color=COLORS[i])
+            magnitude.set_title(f"from {name}")
+            magnitude.legend()
+            phase.set(xlabel="ω in rad/s", ylabel="phase in degrees")
+            phase.yaxis.set_major_locator(mpl.ticker.MultipleLocator(90))
+            magnitude.set_ylabel("magnitude")
+        save(figure, path)
+
+
+def pole_map(model: LinearModel, path: Path | str) -> None:
+    """Poles in the complex plane, with the border of stability."""
+    poles = model.poles()
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 5.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        axes.set_title(_title(model))
+        if model.sample_time:
+            circle = np.exp(1j * np.linspace(0, 2 * np.pi, 400))
+            axes.plot(circle.real, circle.imag, color=COLORS[5], linewidth=0.8)
+            axes.set_aspect("equal")
+            axes.set(xlabel="real part", ylabel="imaginary part")
+        else:
+            axes.axvline(0, color=COLORS[5], linewidth=0.8)
+            axes.set(xlabel="real part in 1/s", ylabel="imaginary part in rad/s")
+            _widen(axes, poles)
+        stable = np.abs(poles) <= 1 + 1e-9 if model.sample_time else poles.real <= 1e-9 * np.abs(poles).max(initial=1.0)
+        for chosen, color, label in ((stable, COLORS[0], "stable or on the border"), (~stable, COLORS[1], "unstable")):
+            if chosen.any():
+                axes.plot(poles[chosen].real, poles[chosen].imag, "x", color=color, markersize=8, label=label)
+        axes.legend()
+        save(figure, path)
+
+
+def _widen(axes: Axes, poles: np.ndarray) -> None:
+    """Limits around the poles that leave real parts of rounding on the axis where they belong."""
+    for set_limits, parts in ((axes.set_xlim, poles.real), (axes.set_ylim, poles.imag)):
+        largest = max(1.15 * np.abs(parts).max(initial=0.0), 1e-3 * np.abs(poles).max(initial=1.0))
+        low, high = 1.15 * parts.min(initial=0.0), 1.15 * parts.max(initial=0.0)
+        set_limits(min(low, -0.15 * largest), max(high, 0.15 * largest))
+
+
+def _frequencies(model: LinearModel) -> np.ndarray:
+    poles = model.poles()
+    if model.sample_time:
+        poles = np.log(poles) / model.sample_time
+    sizes = np.abs(poles)
+    sizes = sizes[sizes > 1e-6 * sizes.max(initial=1.0)]
+    low, high = (sizes.min(), sizes.max()) if sizes.size else (1.0, 1.0)
+    start, stop = np.log10(low) - DECADES, np.log10(high) + DECADES
+    if model.sample_time:
+        stop = np.log10(np.pi / model.sample_time)
+    return np.logspace(min(start, stop - DECADES), stop, POINTS)
+
+
+def _per(output: str, unit: str) -> str:
+    """Unit of an output over that of an input."""
+    return f"({output})/({unit})" if output and unit else output or "1"
+
+
+def _title(model: LinearModel) -> str:
+    kind = f", sampled with {model.sample_time:g} s" if model.sample_time else ""
+    return f"{model.name}, linear about t = {model.time:g} s{kind}"
