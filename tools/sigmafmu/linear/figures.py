@@ -1,5 +1,6 @@
 """Bode and pole plots of linear models."""
 
+import re
 from pathlib import Path
 
 import matplotlib as mpl
@@ -101,7 +102,8 @@ def _frequencies(model: LinearModel) -> np.ndarray:
 
 def _per(output: str, unit: str) -> str:
     """Unit of an output over that of an input."""
-    return f"({output})/({unit})" if output and unit else output or "1"
+    over, under = (f"({text})" if re.search(r"[./]", text) else text or "1" for text in (output, unit))
+    return over if under == "1" else f"{over}/{under}"
 
 
 def _title(model: LinearModel) -> str:
