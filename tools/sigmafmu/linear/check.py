@@ -32,7 +32,7 @@ EXPERIMENTS: dict[str, tuple[dict[str, float], float]] = {  # constant inputs, a
     "SpinUpBeam": ({"hubPivot.motorTorque": 300.0}, 10.0),
 }
 TIMES = 10
-PERTURBATION = 1e-3
+PERTURBATION = 2e-3
 """Length of a perturbation, in parts of the mechanism's size (1 rad) and of its speed (at least 1 size per second)."""
 
 

@@ -36,7 +36,7 @@ def bode(model: LinearModel, path: Path | str) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3.0 + 4.2 * inputs, 6.0), layout="constrained")
         FigureCanvasAgg(figure)
-        figure.suptitle(_title(model), x=0.01, ha="left", fontsize=11)
+        figure.suptitle(model.title, x=0.01, ha="left", fontsize=11)
         axes = figure.subplots(2, inputs, squeeze=False, sharex=True)
         for j, (name, unit) in enumerate(zip(model.inputs, model.input_units, strict=True)):
             magnitude, phase = axes[:, j]
@@ -61,7 +61,7 @@ def pole_map(model: LinearModel, path: Path | str) -> None:
         figure = Figure(figsize=(6.0, 5.2), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
-        axes.set_title(_title(model))
+        axes.set_title(model.title)
         if model.sample_time:
             circle = np.exp(1j * np.linspace(0, 2 * np.pi, 400))
             axes.plot(circle.real, circle.imag, color=COLORS[5], linewidth=0.8)
@@ -104,8 +104,3 @@ def _per(output: str, unit: str) -> str:
     """Unit of an output over that of an input."""
     over, under = (f"({text})" if re.search(r"[./]", text) else text or "1" for text in (output, unit))
     return over if under == "1" else f"{over}/{under}"
-
-
-def _title(model: LinearModel) -> str:
-    kind = f", sampled with {model.sample_time:g} s" if model.sample_time else ""
-    return f"{model.name}, linear about t = {model.time:g} s{kind}"

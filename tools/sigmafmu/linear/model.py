@@ -47,6 +47,12 @@ class LinearModel:
     """Initial values and inputs that start the FMU at the point."""
 
     @property
+    def title(self) -> str:
+        """What was linearised, and where."""
+        place = "at rest" if self.is_equilibrium else f"at t = {self.time:g} s"
+        return f"{self.name} {place}" + (f", sampled with {self.sample_time:g} s" if self.sample_time else "")
+
+    @property
     def derivatives(self) -> tuple[str, ...]:
         """Names of the state's derivatives."""
         return tuple(f"der({state})" for state in self.states)

@@ -16,10 +16,7 @@ ROUNDING = 1e-9
 def headline(model: LinearModel) -> str:
     """What was linearised, and how large the model is."""
     sizes = [(len(model.states), "state"), (len(model.inputs), "input"), (len(model.outputs), "output")]
-    kind = f", sampled with {model.sample_time:g} s" if model.sample_time else ""
-    return f"{model.name} at t = {model.time:g} s{kind}: " + ", ".join(
-        f"{count} {what}{'' if count == 1 else 's'}" for count, what in sizes
-    )
+    return f"{model.title}: " + ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for count, what in sizes)
 
 
 def states(model: LinearModel) -> Table:
