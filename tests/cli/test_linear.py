@@ -37,7 +37,7 @@ def test_linearize_prints_the_point_and_poles_and_writes_matrices(tmp_path):
     result = succeed(f"linearize SliderCrank --at 0.1 {names} --file {file}")
     assert "SliderCrank at t = 0.1 s: 2 states, 1 input, 1 output" in result.stdout
     assert "crankPivot.angularRate" in result.stdout
-    assert "warning: no equilibrium: rates change by up to 16.7" in result.stderr
+    assert "warning: no equilibrium: rates change with up to" in result.stderr
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if "wrote" not in line)
     matrices = np.load(file)
     assert matrices["A"].shape == (2, 2)

@@ -1,6 +1,7 @@
 """Discrete time, python-control, files and figures."""
 
 import json
+import sys
 
 import control
 import numpy as np
@@ -85,6 +86,20 @@ def test_json_holds_matrices_and_names(linear, tmp_path):
     for key in NAMES:
         assert tuple(loaded[key]) == getattr(linear, key)
     assert loaded["start_values"]["top.torque[1]"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("package", "use", "message"),
+    [
+        ("control", lambda m, _: m.to_control(), "needs python-control"),
+        ("scipy.linalg", lambda m, _: m.to_discrete(1e-3), "discrete time needs SciPy"),
+        ("scipy.io", lambda m, path: m.save(path / "top.mat"), r"\.mat files need SciPy"),
+    ],
+)
+def test_missing_packages_are_explained(linear, tmp_path, monkeypatch, package, use, message):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(SigmafmuError, match=message + r": pip install '\.\[linear\]'"):
+        use(linear, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,28 @@ def test_a_held_rate_makes_a_steady_motion():
     assert linear.x0[linear.states.index("hubPivot.angularRate")] == 1.5
 
 
+@pytest.mark.parametrize("name", ["top.angularVelocity[2]", "top.angularVelocityW[3]"])
+def test_a_held_spin_keeps_a_top_upright(fmu, name):
+    """In axes of the body or of W."""
+    upright = {"top.initialPosition": [0, 0, 1], "top.initialQuaternion": [np.sqrt(0.5), np.sqrt(0.5), 0, 0]}
+    point = sigmafmu.trim("HeavyTop", settings=upright, hold={name: 300.0})
+    np.testing.assert_allclose(point.v, [0, 0, 0, 0, 300, 0], atol=1e-9)
+    run = simulate(fmu("HeavyTop"), stop_time=0.2, settings=point.start_values())
+    assert np.ptp(run["top.position"], axis=0).max() < 1e-9
+
+
+def test_start_values_hold_the_settings(fmu):
+    settings = {"gravity": "0,1,-5", "integrator.formulation": "index3", "crank.mass": 0.3}
+    settings["crank.initialAngularVelocity[1]"] = 7.0
+    rest = sigmafmu.trim("SliderCrank", settings=settings, inputs=MOTOR, hold={"crankPivot.angle": 0.5})
+    values = rest.start_values()
+    assert values["gravity[3]"] == -5.0
+    assert values["crank.initialAngularVelocity[1]"] == 0.0  # of the point, not of the settings
+    run = simulate(fmu("SliderCrank"), stop_time=0.05, settings=values)
+    assert np.ptp(run["crankPivot.angle"]) < 1e-9
+    assert sigmafmu.linearize(rest).start_values == values
+
+
 def test_held_values_keep_turns():
     point = sigmafmu.trim("SliderCrank", 1.0, inputs=MOTOR, hold={"crankPivot.angle": 7.0})
     assert sigmafmu.linearize(point).x0[0] == pytest.approx(7.0, abs=1e-10)

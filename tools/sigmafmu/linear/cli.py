@@ -70,7 +70,7 @@ def linearize(
     if sample_time is not None:
         result = result.to_discrete(sample_time)
     out.print(report.headline(result), soft_wrap=True)
-    _print_point(result)
+    _print_point(point, result)
     out.print(report.poles(result))
     for path, save in ((file, result.save), (bode, result.bode), (pole_map, result.pole_map)):
         if path:
@@ -97,7 +97,7 @@ def trim(
     point = _point(model, at, settings, free, hold)
     result = linearise(point)
     out.print(f"{model} {'at rest' if result.is_equilibrium else 'in steady motion'}", soft_wrap=True)
-    _print_point(result)
+    _print_point(point, result)
     growth = float(result.poles().real.max())
     if growth > 1e-3:
         out.print(f"unstable: neighbours leave with {growth:.4g} 1/s", soft_wrap=True)
@@ -140,11 +140,11 @@ def _held(text: str) -> tuple[str, float]:
         raise SigmafmuError(f"--hold {text}: write it as NAME=NUMBER, for example crankPivot.angle=0.5") from None
 
 
-def _print_point(model: "LinearModel") -> None:
+def _print_point(point: "OperatingPoint", model: "LinearModel") -> None:
     from sigmafmu.linear import report
 
     out.print(report.states(model))
-    if values := report.inputs(model):
+    if values := report.inputs(point):
         out.print(values, soft_wrap=True)
     for warning in report.warnings(model):
         err.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)

@@ -15,7 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, _core
+from sigmafmu.linear.coordinates import FRAMES, Coordinates
 from sigmafmu.linear.linearization import Linearization
 from sigmafmu.linear.names import choose
 from sigmafmu.linear.point import OperatingPoint, operating_point
@@ -36,36 +37,41 @@ def trim(
     u0: Mapping[str, SettingValue] | None = None,
     inputs: Iterable[str] = (),
     hold: Mapping[str, float] | None = None,
-    frame: str = "world",
 ) -> OperatingPoint:
     """An equilibrium of `model`, near where it is at time `at` [s].
 
     `inputs` are those that may change; others stay at `u0`. `hold` gives outputs their values. Without it, positions
     stay as they are if there are `inputs`, and are sought if there are none. The mechanism is at rest, except for
-    rates of coordinates in `hold`: then the motion is steady with these rates.
+    rates of coordinates in `hold`, such as `top.angularVelocity[2]`: then the motion is steady with these rates.
     """
     start = operating_point(model, at, settings=settings, u0=u0)
-    return _Search(start, tuple(inputs), dict(hold or {}), frame).run()
+    return _Search(start, tuple(inputs), dict(hold or {})).run()
+
+
+def _rates(point: OperatingPoint, frame: str) -> dict[str, str]:
+    """Names of coordinates by the names of their rates."""
+    coordinates = Coordinates(point.mechanism, _core.System(point.mechanism.multibody), frame)
+    return {c.rate: c.name for c in coordinates.all}
 
 
 class _Search:
-    def __init__(self, start: OperatingPoint, inputs: tuple[str, ...], hold: dict[str, float], frame: str):
-        first = Linearization(start, frame)
-        self.frame = frame
+    def __init__(self, start: OperatingPoint, inputs: tuple[str, ...], hold: dict[str, float]):
+        rates = {frame: _rates(start, frame) for frame in FRAMES}
+        self.frame = max(FRAMES, key=lambda frame: len(rates[frame].keys() & hold.keys()))
+        first = Linearization(start, self.frame)
         self.rate_values: dict[str, float] = {}
-        rates = {c.rate: c.name for c in first.coordinates.all}
         held: dict[int, float] = {}
         for name, value in hold.items():
             if not np.isfinite(value):
                 raise SigmafmuError(f"'{name}' must be finite, not {value}")
-            if name in rates:
+            if name in rates[self.frame]:
                 self.rate_values[name] = value
             else:
                 (index, *others) = choose(first.outputs.names, [name], "output", start.model)
                 if others:
                     raise SigmafmuError(f"'{name}' is a vector; hold its elements, such as {name}[1]")
                 held[index] = value
-        self.wanted = [rates[name] for name in self.rate_values]
+        self.wanted = [rates[self.frame][name] for name in self.rate_values]
         self.columns = choose(first.outputs.inputs, inputs, "input", start.model)
         self.rows, self.values = list(held), np.array(list(held.values()))
         self.moves = bool(hold) or not inputs

@@ -43,8 +43,8 @@ class LinearModel:
     time: float = 0.0  # of the point [s]
     frame: str = "world"
     sample_time: float = 0.0  # T [s]; 0: continuous time
-    start_values: Mapping[str, float] = field(default_factory=dict)
-    """Initial values and inputs that start the FMU at the point."""
+    start_values: Mapping[str, float | int] = field(default_factory=dict)
+    """Settings, initial values and inputs that start the FMU at the point."""
 
     @property
     def title(self) -> str:

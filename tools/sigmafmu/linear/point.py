@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmafmu import SigmafmuError, _core
 from sigmafmu.fmu import Fmu
-from sigmafmu.variables import SettingValue, parse_settings
+from sigmafmu.variables import SettingValue, Value, parse_settings
 
 STEPS_PER_REPORT = 1000
 
@@ -24,16 +24,22 @@ class OperatingPoint:
     angles: np.ndarray  # of every joint, with turns [rad]; 0 for joints without an angle
     time: float = 0.0  # s
     units: Mapping[str, str] = field(default_factory=dict)  # of inputs and outputs
+    settings: Mapping[str, Value] = field(default_factory=dict)  # parameters that were set
 
     @property
     def model(self) -> str:
         """Name of the mechanism."""
         return self.mechanism.name
 
-    def start_values(self) -> dict[str, float]:
-        """Initial values and inputs that start the FMU here, for `run`, FMPy or any other master."""
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Inputs by name."""
+        return dict(zip(_core.Outputs(self.mechanism).inputs, map(float, self.u), strict=True))
+
+    def start_values(self) -> dict[str, Value]:
+        """Settings, initial values and inputs that start the FMU here, for `run`, FMPy or any other master."""
         system = _core.System(self.mechanism.multibody)
-        values: dict[str, float] = {}
+        values: dict[str, Value] = dict(self.settings)
 
         def add(name: str, numbers: np.ndarray) -> None:
             values.update({f"{name}[{i + 1}]": float(x) for i, x in enumerate(numbers)})
@@ -48,7 +54,7 @@ class OperatingPoint:
                 modes = slice(first, first + system.modes(i))
                 add(f"{body.name}.initialModal", modal_q[modes])
                 add(f"{body.name}.initialModalRate", modal_v[modes])
-        return values | dict(zip(_core.Outputs(self.mechanism).inputs, map(float, self.u), strict=True))
+        return values | self.inputs
 
 
 def operating_point(
@@ -90,7 +96,13 @@ def operating_point(
         raise SigmafmuError(f"{model} does not get to t = {at:g} s: {error}") from error
     state = simulation.state
     units = {variable.name: variable.unit or "" for variable in fmu.variables.values()}
-    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, state.angle.copy(), at, units)
+    parameters = {v.name: value for v, value in assignments if v.causality == "parameter" and not _starts(v.name)}
+    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, state.angle.copy(), at, units, parameters)
+
+
+def _starts(name: str) -> bool:
+    """Whether a parameter is an initial value, which a point replaces by its own."""
+    return name.rpartition(".")[2].startswith("initial")
 
 
 def _run(simulation: "_core.Simulation", end: float, step: float, on_time: Callable[[float], None]) -> None:

@@ -5,6 +5,7 @@ from rich import box
 from rich.table import Table
 
 from sigmafmu.linear.model import LinearModel
+from sigmafmu.linear.point import OperatingPoint
 
 NEGLIGIBLE = 1e-6
 """Poles below this part of √‖A‖ (at least 1 rad/s) are shown as zero: rounding splits a double one by about that."""
@@ -30,9 +31,9 @@ def states(model: LinearModel) -> Table:
     return table
 
 
-def inputs(model: LinearModel) -> str:
+def inputs(point: OperatingPoint) -> str:
     """Inputs that are not zero; empty if all are."""
-    values = [f"{name} = {value:.6g}" for name, value in zip(model.inputs, model.u0, strict=True) if value]
+    values = [f"{name} = {value:.6g}" for name, value in point.inputs.items() if value]
     return ("inputs: " + ", ".join(values)) if values else ""
 
 
@@ -41,8 +42,8 @@ def warnings(model: LinearModel) -> list[str]:
     result = []
     if not model.is_steady:
         result.append(
-            f"no equilibrium: rates change by up to {model.residual:.3g} (SI units) at this point. The model tells how "
-            "neighbours deviate from this motion, at this moment."
+            f"no equilibrium: rates change with up to {model.residual:.3g} (SI units) at this point. The model tells "
+            "how neighbours deviate from this motion, at this moment; its poles depend on the choice of states."
         )
     elif not model.is_equilibrium:
         result.append("a steady motion, no state of rest: the model tells how neighbours deviate from this motion.")
