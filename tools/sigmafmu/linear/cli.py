@@ -96,7 +96,7 @@ def trim(
 
     point = _point(model, at, settings, free, hold)
     result = linearise(point)
-    out.print(f"{model} {'at rest' if result.is_equilibrium else 'in steady motion'}", soft_wrap=True)
+    out.print(result.title, soft_wrap=True)
     _print_point(point, result)
     growth = float(result.poles().real.max())
     if growth > 1e-3:

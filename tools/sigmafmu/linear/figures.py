@@ -17,6 +17,10 @@ MAX_INPUTS, MAX_OUTPUTS = 4, 6
 DECADES = 1.0
 """How far a Bode plot goes beyond the slowest and the fastest pole."""
 POINTS = 2000
+FAR_APART = 100.0
+"""Ratio of pole sizes from which a pole plot has logarithmic axes."""
+ZERO = 1e-6
+"""Poles below this part of the largest one, or of 1 rad/s, count as zero."""
 NOTHING = 1e-13
 """Responses below this part of an input's largest one are rounding and not drawn."""
 
@@ -70,8 +74,8 @@ def pole_map(model: LinearModel, path: Path | str) -> None:
         else:
             axes.axvline(0, color=COLORS[5], linewidth=0.8)
             axes.set(xlabel="real part in 1/s", ylabel="imaginary part in rad/s")
-            _widen(axes, poles)
-        stable = np.abs(poles) <= 1 + 1e-9 if model.sample_time else poles.real <= 1e-9 * np.abs(poles).max(initial=1.0)
+            _scale(axes, poles)
+        stable = ~_unstable(poles, model.sample_time)
         for chosen, color, label in ((stable, COLORS[0], "stable or on the border"), (~stable, COLORS[1], "unstable")):
             if chosen.any():
                 axes.plot(poles[chosen].real, poles[chosen].imag, "x", color=color, markersize=8, label=label)
@@ -79,20 +83,39 @@ def pole_map(model: LinearModel, path: Path | str) -> None:
         save(figure, path)
 
 
-def _widen(axes: Axes, poles: np.ndarray) -> None:
-    """Limits around the poles that leave real parts of rounding on the axis where they belong."""
-    for set_limits, parts in ((axes.set_xlim, poles.real), (axes.set_ylim, poles.imag)):
-        largest = max(1.15 * np.abs(parts).max(initial=0.0), 1e-3 * np.abs(poles).max(initial=1.0))
-        low, high = 1.15 * parts.min(initial=0.0), 1.15 * parts.max(initial=0.0)
-        set_limits(min(low, -0.15 * largest), max(high, 0.15 * largest))
+def _scale(axes: Axes, poles: np.ndarray) -> None:
+    """Both axes from the slowest to the fastest pole: logarithmic in both directions if these are far apart."""
+    sizes = _sizes(poles)
+    fastest, slowest = (sizes.max(), sizes.min()) if sizes.size else (1.0, 1.0)
+    logarithmic = fastest > FAR_APART * slowest
+    linear = 10.0 ** np.floor(np.log10(slowest))
+    for axis, parts in (("x", poles.real), ("y", poles.imag)):
+        reach = 3.0 if logarithmic else 1.15
+        margin = linear if logarithmic else 0.15 * max(np.abs(parts).max(initial=0.0), 0.1 * fastest)
+        low, high = reach * parts.min(initial=0.0), reach * parts.max(initial=0.0)
+        getattr(axes, f"set_{axis}lim")(min(low, -margin), max(high, margin))
+        if logarithmic:
+            getattr(axes, f"set_{axis}scale")("symlog", linthresh=linear)
+
+
+def _unstable(poles: np.ndarray, sample_time: float) -> np.ndarray:
+    """Which of the poles leave the stable half plane or circle by more than rounding; double zeros are split by it."""
+    rates = np.log(poles) / sample_time if sample_time else poles
+    sizes = np.abs(rates)
+    return (rates.real > 1e-9 * sizes) & (sizes > ZERO * sizes.max(initial=1.0))
+
+
+def _sizes(poles: np.ndarray) -> np.ndarray:
+    """Of the poles that are not zero."""
+    sizes = np.abs(poles)
+    return sizes[sizes > ZERO * sizes.max(initial=1.0)]
 
 
 def _frequencies(model: LinearModel) -> np.ndarray:
     poles = model.poles()
     if model.sample_time:
         poles = np.log(poles) / model.sample_time
-    sizes = np.abs(poles)
-    sizes = sizes[sizes > 1e-6 * sizes.max(initial=1.0)]
+    sizes = _sizes(poles)
     low, high = (sizes.min(), sizes.max()) if sizes.size else (1.0, 1.0)
     start, stop = np.log10(low) - DECADES, np.log10(high) + DECADES
     if model.sample_time:

@@ -49,7 +49,8 @@ class LinearModel:
     @property
     def title(self) -> str:
         """What was linearised, and where."""
-        place = "at rest" if self.is_equilibrium else f"at t = {self.time:g} s"
+        moving = "in steady motion" if self.is_steady else f"at t = {self.time:g} s"
+        place = "at rest" if self.is_equilibrium else moving
         return f"{self.name} {place}" + (f", sampled with {self.sample_time:g} s" if self.sample_time else "")
 
     @property

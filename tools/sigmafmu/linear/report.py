@@ -27,7 +27,7 @@ def states(model: LinearModel) -> Table:
     table.add_column("derivative", justify="right")
     table.add_column("unit of value")
     for name, value, rate, unit in zip(model.states, model.x0, model.dx0, model.state_units, strict=True):
-        table.add_row(name, f"{value:.6g}", f"{rate:.6g}", unit)
+        table.add_row(name, f"{value + 0.0:.6g}", f"{rate + 0.0:.6g}", unit)
     return table
 
 
@@ -46,7 +46,7 @@ def warnings(model: LinearModel) -> list[str]:
             "how neighbours deviate from this motion, at this moment; its poles depend on the choice of states."
         )
     elif not model.is_equilibrium:
-        result.append("a steady motion, no state of rest: the model tells how neighbours deviate from this motion.")
+        result.append("no state of rest: the model tells how neighbours deviate from this steady motion.")
     spinning = [
         name for name, rate in zip(model.states, model.dx0, strict=True) if ".rotation" in name and abs(rate) > 1e-9
     ]
