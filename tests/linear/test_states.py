@@ -136,6 +136,12 @@ def test_coordinates_can_be_wanted():
         sigmafmu.linearize("SliderCrank", coordinates=["guide.displacement", "crankPivot.angle"], at=0.1)
 
 
+def test_one_name_needs_no_list():
+    linear = sigmafmu.linearize("SliderCrank", inputs="crankPivot.motorTorque", outputs="crank.position")
+    assert (linear.inputs, len(linear.outputs)) == (("crankPivot.motorTorque",), 3)
+    assert sigmafmu.linearize("SliderCrank", inputs=(), outputs=()).A.shape == (2, 2)
+
+
 def test_vectors_and_patterns_name_inputs_and_outputs():
     linear = sigmafmu.linearize("SliderCrank", 0.1, inputs=["crank.torque"], outputs=["*.angularRate", "guide.rate"])
     assert linear.inputs == ("crank.torque[1]", "crank.torque[2]", "crank.torque[3]")

@@ -79,8 +79,7 @@ struct PyOutputs {
 }  // namespace
 
 void bind_outputs(nb::module_& m) {
-  nb::class_<PyOutputs>(m, "Outputs",
-                        "Real outputs of a mechanism's FMU as functions of (q, v, u).")
+  nb::class_<PyOutputs>(m, "Outputs", "Real outputs of a mechanism's FMU as functions of (q, v, u).")
       .def(nb::init<const Mechanism&>())
       .def_prop_ro("names", &PyOutputs::names)
       .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")

@@ -45,7 +45,7 @@ def trim(
     rates of coordinates in `hold`, such as `top.angularVelocity[2]`: then the motion is steady with these rates.
     """
     start = operating_point(model, at, settings=settings, u0=u0)
-    return _Search(start, tuple(inputs), dict(hold or {})).run()
+    return _Search(start, inputs, dict(hold or {})).run()
 
 
 def _rates(point: OperatingPoint, frame: str) -> dict[str, str]:
@@ -55,7 +55,7 @@ def _rates(point: OperatingPoint, frame: str) -> dict[str, str]:
 
 
 class _Search:
-    def __init__(self, start: OperatingPoint, inputs: tuple[str, ...], hold: dict[str, float]):
+    def __init__(self, start: OperatingPoint, inputs: Iterable[str], hold: dict[str, float]):
         rates = {frame: _rates(start, frame) for frame in FRAMES}
         self.frame = max(FRAMES, key=lambda frame: len(rates[frame].keys() & hold.keys()))
         first = Linearization(start, self.frame)
@@ -99,35 +99,35 @@ class _Search:
         return Linearization(replace(still, v=linear.rates_to_velocities(rates)), self.frame, self.wanted)
 
     def _residual(self, linear: Linearization) -> tuple[np.ndarray, np.ndarray]:
-        point = linear.point
-        y = linear.outputs.values(point.q, point.v, point.u, point.angles)[self.rows]
-        return linear.accelerations(), y - self.values
+        """What should vanish: accelerations, and what is missing to held outputs."""
+        accelerations, y = linear.accelerations_and_outputs()
+        return accelerations, y[self.rows] - self.values
 
     def _step(self, linear: Linearization, accelerations: np.ndarray, gap: np.ndarray) -> Linearization:
         point, freedom = linear.point, len(linear.chosen)
         by_input = linear.by_input(self.columns)
-        matrix = np.vstack([by_input.accelerations, by_input.outputs[self.rows]])
+        blocks = [np.vstack([by_input.accelerations, by_input.outputs[self.rows]])]
         if self.moves:
             by_position = linear.by_position()
             follow = linear.selection.motions @ accelerations
             damping = np.abs(follow / linear.size).max() / LARGEST_STEP
-            by_position = np.vstack(
-                [by_position.accelerations - damping * np.eye(freedom), by_position.outputs[self.rows]]
-            )
-            matrix = np.hstack([by_position, matrix])
-        step = np.linalg.lstsq(matrix, -np.concatenate([accelerations, gap]), rcond=1e-12)[0]
-        if not self.moves:
-            u = point.u.copy()
-            u[self.columns] += step
-            return self._at(point.q, u, point.angles)
-        motion = linear.selection.motions @ step[:freedom]
-        step_size = np.abs(motion / linear.size).max()
-        if step_size > LARGEST_STEP:
-            step, motion = step * (LARGEST_STEP / step_size), motion * (LARGEST_STEP / step_size)
+            damped = by_position.accelerations - damping * np.eye(freedom)
+            blocks.insert(0, np.vstack([damped, by_position.outputs[self.rows]]))
+        step = np.linalg.lstsq(np.hstack(blocks), -np.concatenate([accelerations, gap]), rcond=1e-12)[0]
+        q = point.q
+        if self.moves:
+            size = np.abs(linear.selection.motions @ step[:freedom] / linear.size).max()
+            step *= min(1.0, LARGEST_STEP / size) if size else 1.0
+            q = self._moved(linear, linear.selection.motions @ step[:freedom])
         u = point.u.copy()
-        u[self.columns] += step[freedom:]
-        q = linear.system.project_positions(linear.system.compose(point.q, motion))
+        u[self.columns] += step[len(step) - len(self.columns) :]
         return self._at(q, u, linear.coordinates.angles(q, point.angles))
+
+    def _moved(self, linear: Linearization, motion: np.ndarray) -> np.ndarray:
+        try:
+            return linear.system.project_positions(linear.system.compose(linear.point.q, motion))
+        except RuntimeError as error:
+            raise SigmafmuError(f"found no equilibrium of {self.start.model}: on the way, {error}") from error
 
     def _failure(self, linear: Linearization, accelerations: np.ndarray, gap: np.ndarray) -> str:
         what = f"found no equilibrium of {self.start.model}"

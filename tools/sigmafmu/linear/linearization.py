@@ -100,7 +100,7 @@ class Linearization:
         by_position, by_rate = self.by_position(drift), self.by_rate()
         by_input = self.by_input(columns)
         freedom = len(chosen)
-        accelerations, y = self._evaluate(point.q, point.v, point.u)
+        accelerations, y = self.accelerations_and_outputs()
         rates = self.coordinates.rates(point.q, point.v)[self.selection.indices]
         values = self.coordinates.values(point.q, point.angles)[self.selection.indices]
         input_names = tuple(self.outputs.inputs[i] for i in columns)
@@ -132,9 +132,9 @@ class Linearization:
         """The velocities v that satisfy the constraints with these rates of the chosen coordinates."""
         return self.selection.motions @ rates
 
-    def accelerations(self) -> np.ndarray:
-        """η' at the point."""
-        return self._evaluate(self.point.q, self.point.v, self.point.u)[0]
+    def accelerations_and_outputs(self) -> tuple[np.ndarray, np.ndarray]:
+        """η' and all outputs at the point."""
+        return self._evaluate(self.point.q, self.point.v, self.point.u)
 
     def by_position(self, drift: np.ndarray | None = None) -> Derivatives:
         """With respect to ξ."""

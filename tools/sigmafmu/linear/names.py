@@ -9,7 +9,8 @@ from sigmafmu.variables import split_element
 
 
 def choose(names: Sequence[str], wanted: Iterable[str], kind: str, model: str) -> list[int]:
-    """Indices of the `names` that `wanted` means: a name, a whole vector or a pattern with `*` and `?`."""
+    """Indices of the `names` that `wanted` means: one name, vector or pattern with `*` and `?`, or several."""
+    wanted = [wanted] if isinstance(wanted, str) else wanted
     chosen: dict[int, None] = {}  # an ordered set
     for pattern in wanted:
         regex = re.compile(re.escape(pattern).replace(r"\*", ".*").replace(r"\?", ".") + r"(\[\d+\])?")
