@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import sigmafmu
+from sigmafmu import _core
 from sigmafmu.cli import app
 from sigmafmu.simulate import simulate
 
@@ -45,6 +46,7 @@ def test_linearize_prints_the_point_and_poles_and_writes_matrices(tmp_path):
     assert list(matrices["outputs"]) == ["guide.rate"]
 
 
+@pytest.mark.parametrize("model", _core.mechanisms())
 def test_every_model_fits_80_columns(model):
     result = succeed(f"linearize {model} --at 0.01")
     assert all(len(line) <= 80 for line in result.stdout.splitlines())

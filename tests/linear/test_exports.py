@@ -10,7 +10,7 @@ from scipy.io import loadmat
 from scipy.signal import cont2discrete
 
 import sigmafmu
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, _core
 
 PNG = b"\x89PNG\r\n\x1a\n"
 MATRICES = ("A", "B", "C", "D", "x0", "u0", "y0", "dx0")
@@ -51,7 +51,7 @@ def test_python_control_takes_the_model(linear, sample_time):
     np.testing.assert_allclose(model.frequency_response(omega), theirs, rtol=1e-8, atol=1e-12)
 
 
-@pytest.mark.parametrize("model", sigmafmu.models())
+@pytest.mark.parametrize("model", _core.mechanisms())
 def test_names_for_python_control_are_unique(model):
     linear = sigmafmu.linearize(model)
     system = linear.to_control()

@@ -23,7 +23,9 @@ from sigmafmu.linear.linearization import linearize
 from sigmafmu.linear.model import LinearModel
 from sigmafmu.linear.point import OperatingPoint, operating_point
 
-EXPERIMENTS: dict[str, tuple[dict[str, float], float]] = {  # constant inputs, and the end of the motion [s]
+EXPERIMENTS: dict[
+    str, tuple[dict[str, float], float]
+] = {  # constant inputs and end of the motion [s]; default: its own
     "FlexiblePendulum": ({"beam.force[2]": 3.0}, 2.0),
     "FlexibleSliderCrank": ({"crankPivot.motorTorque": 0.1}, 1.0),
     "HeavyTop": ({"top.torque[1]": 5.0}, 1.0),
@@ -49,7 +51,7 @@ class Differences:
 
 def points(model: str) -> Iterator[OperatingPoint]:
     """The points of `model` at which it is checked."""
-    u0, end = EXPERIMENTS[model]
+    u0, end = EXPERIMENTS.get(model) or ({}, _core.mechanism(model).stop_time)
     for i in range(1, TIMES + 1):
         yield operating_point(model, end * i / TIMES, u0=u0)
 
@@ -274,7 +276,7 @@ def _wrap(names: tuple[str, ...], difference: np.ndarray, centre: np.ndarray) ->
 def main() -> None:
     """Print the largest differences of every model."""
     print("| model | point | A | B | C | D |\n|---|---|---|---|---|---|")
-    for model in EXPERIMENTS:
+    for model in sorted(_core.mechanisms()):
         found = [asdict(check(point)) for point in points(model)]
         worst = " | ".join(f"{max(f[key] for f in found):.1e}" for key in ("point", "A", "B", "C", "D"))
         print(f"| `{model}` | {worst} |")

@@ -69,6 +69,8 @@ def operating_point(
     if not (math.isfinite(at) and at >= 0):
         raise SigmafmuError(f"the time must be a finite number of seconds, at least 0, not {at:g}")
     fmu = Fmu.of_model(model)
+    if model not in _core.mechanisms():
+        raise SigmafmuError(f"{model} is not in this package's core, which linear models are made with")
     assignments = parse_settings(fmu, settings or {})
     for variable, value in parse_settings(fmu, u0 or {}):
         if variable.causality != "input":
