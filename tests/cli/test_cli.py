@@ -178,13 +178,3 @@ def test_realtime_keeps_the_pace(tmp_path):
     assert "HeavyTop at 200 Hz: 100 steps" in succeed(f"realtime HeavyTop --rate 200 --duration 0.5 --plot {png}")
     assert png.read_bytes().startswith(b"\x89PNG")
     assert "must be positive" in fail("realtime HeavyTop --rate 0")
-
-
-def test_linearize_prints_poles_and_writes_matrices(tmp_path):
-    file = tmp_path / "crank.npz"
-    names = "--input crankPivot.motorTorque --output guide.rate"
-    assert "2 states, 1 inputs, 1 outputs" in succeed(f"linearize SliderCrank --at 0.1 {names} --file {file}")
-    matrices = np.load(file)
-    assert matrices["A"].shape == (2, 2)
-    assert list(matrices["outputs"]) == ["guide.rate"]
-    assert "no input 'x'" in fail("linearize SliderCrank --input x")

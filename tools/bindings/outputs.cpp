@@ -1,9 +1,11 @@
 // The outputs of an FMU in sigmafmu._core.
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -21,13 +23,14 @@ namespace {
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
       : mechanism((validate(m.multibody), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
-    state.angle.setZero(system.joint_count());
     for (const Variable& v : make_variables(m, system)) {
       if (v.output && !v.integer) variables.push_back(v);
       if (v.input >= 0) inputs.push_back(v.name);
     }
   }
-  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
+  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& angles) {
+    state.angle = angles.value_or(VectorXd::Zero(system.joint_count()));
+    if (state.angle.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
     system.evaluate(q, v, e);
@@ -37,6 +40,26 @@ struct PyOutputs {
       y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
     }
     return y;
+  }
+  // Of the outputs that may jump, their continuous derivatives along the motion v, and which ones these are.
+  VectorXd rates(const VectorXd& q, const VectorXd& v) {
+    const VectorXd vdot = VectorXd::Zero(system.velocity_size()), lambda = VectorXd::Zero(system.constraint_size());
+    system.evaluate(q, v, e);
+    const View view{mechanism, system, state, q, v, e, vdot, lambda};
+    const std::vector<int> chosen = jumping();
+    VectorXd y(static_cast<Eigen::Index>(chosen.size()));
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      const Variable& variable = variables[chosen[i]];
+      y[i] = variable.rate(view, variable.object, variable.component);
+    }
+    return y;
+  }
+  std::vector<int> jumping() const {
+    std::vector<int> result;
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      if (variables[i].rate) result.push_back(static_cast<int>(i));
+    }
+    return result;
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
@@ -56,10 +79,12 @@ struct PyOutputs {
 }  // namespace
 
 void bind_outputs(nb::module_& m) {
-  nb::class_<PyOutputs>(m, "Outputs",
-                        "Real outputs of a mechanism's FMU as functions of (q, v, u); angles without turns.")
+  nb::class_<PyOutputs>(m, "Outputs", "Real outputs of a mechanism's FMU as functions of (q, v, u).")
       .def(nb::init<const Mechanism&>())
       .def_prop_ro("names", &PyOutputs::names)
       .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")
-      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a);
+      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a, "angles"_a = nb::none(),
+           "Joint angles are those nearest to `angles` [rad], one for each joint; default: zero.")
+      .def_prop_ro("jumping", &PyOutputs::jumping, "Indices of the outputs that may jump while the mechanism does not.")
+      .def("rates", &PyOutputs::rates, "q"_a, "v"_a, "Derivatives of these along v.");
 }

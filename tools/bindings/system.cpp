@@ -131,6 +131,19 @@ struct PySystem {
     const auto &k1 = system.attachment(e, joint, 0), &k2 = system.attachment(e, joint, 1);
     return nb::make_tuple(j.coordinate(k1, k2), j.coordinate_rate(k1, k2));
   }
+  nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
+    check(q, v);
+    system.evaluate(q, v, e);
+    VectorXd x = VectorXd::Zero(system.joint_count()), rate = x;
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const Joint& joint = system.joint(j);
+      if (!joint.has_motor()) continue;
+      const auto &k1 = system.attachment(e, j, 0), &k2 = system.attachment(e, j, 1);
+      x[j] = joint.coordinate(k1, k2);
+      rate[j] = joint.coordinate_rate(k1, k2);
+    }
+    return nb::make_tuple(x, rate);
+  }
   nb::tuple reaction(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, int joint) {
     check(q, v);
     if (lambda.size() != system.constraint_size()) throw std::invalid_argument("lambda has the wrong size");
@@ -198,6 +211,8 @@ void bind_system(nb::module_& m) {
       .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a)
+      .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
+           "Coordinates of all joints and their rates; zero for joints that have none.")
       .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
       .def("compose", &PySystem::compose, "q"_a, "theta"_a)
       .def("project_positions", &PySystem::project_positions, "q"_a)

@@ -9,6 +9,7 @@
 import os
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 __version__ = version("sigmafmu")
 
@@ -38,3 +39,12 @@ def fmu_path(model: str) -> Path:
         hint = f"known models: {', '.join(known)}" if known else f"there are no FMUs in {fmus_dir()}"
         raise SigmafmuError(f"unknown model '{model}'; {hint}")
     return path
+
+
+def __getattr__(name: str) -> Any:
+    """`sigmafmu.linearize` and `sigmafmu.trim`, imported when they are asked for."""
+    if name not in {"linearize", "trim"}:
+        raise AttributeError(f"module 'sigmafmu' has no attribute '{name}'")
+    from sigmafmu import linear
+
+    return getattr(linear, name)

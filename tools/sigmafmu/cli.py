@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 import sigmafmu
 from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar, show_message, split_setting
+from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.modes.cli import register as register_modes
@@ -178,40 +179,6 @@ def measure(
     _write_text(output, text)
 
 
-@app.command(
-    epilog="Example: sigmafmu linearize SliderCrank --at 0.3 --input crankPivot.motorTorque "
-    "--output guide.displacement --file crank.npz"
-)
-def linearize(
-    model: ModelName,
-    at: Annotated[float, typer.Option(metavar="TIME", min=0.0, help="Time of the motion in s.")] = 0.0,
-    settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter.")] = None,
-    inputs: Annotated[list[str] | None, typer.Option("--input", help="An input (default: all).")] = None,
-    outputs: Annotated[list[str] | None, typer.Option("--output", help="An output (default: all).")] = None,
-    file: Annotated[Path | None, typer.Option(metavar="FILE", help="Write A, B, C, D and names as .npz.")] = None,
-) -> None:
-    """Linear model of a mechanism in minimal coordinates about a point of its motion; prints its poles."""
-    import numpy as np
-
-    from sigmafmu import linearize as linear
-
-    try:
-        values = {name: float(value) for name, value in map(split_setting, settings or [])}
-    except ValueError as error:
-        raise SigmafmuError(f"a --set value is no number: {error}") from error
-    result = linear.linearize(model, at, settings=values, inputs=inputs, outputs=outputs)
-    out.print(
-        f"{model} at t = {at:g} s: {len(result.A)} states, {len(result.inputs)} inputs, {len(result.outputs)} outputs"
-    )
-    out.print(linear.pole_table(result.A))
-    if file:
-        try:
-            np.savez(file, **vars(result))
-        except OSError as error:
-            raise SigmafmuError(f"cannot write {file}: {error.strerror}") from error
-        out.print(f"wrote {file}", soft_wrap=True)
-
-
 @app.command(epilog="Example: sigmafmu realtime HeavyTop --rate 1000 --duration 10 --plot latency.png")
 def realtime(
     model: ModelName,
@@ -261,6 +228,7 @@ def _write_text(path: Path, text: str) -> None:
     out.print(f"wrote {path}", soft_wrap=True)
 
 
+register_linear(app)
 register_loop(app)
 register_coupling(app)
 register_modes(app)
