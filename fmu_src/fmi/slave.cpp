@@ -2,21 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxInternalSteps = 1e9;  // per communication step
-
-template <typename Error, typename... Parts>
-[[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream message;
-  message.precision(17);
-  (message << ... << parts);
-  throw Error(message.str());
-}
 
 // Communication points come from a master that may have accumulated them: rounding is no mistake.
 bool same_time(double a, double b, double step) {
@@ -174,6 +167,7 @@ void Slave::get(const unsigned* references, std::size_t count, bool integer, dou
 
 void Slave::require_settable(const Variable& v) const {
   if (v.causality == Causality::output) fail<Refused>(v.name, " is an output; it cannot be set.");
+  if (v.causality == Causality::local) fail<Refused>(v.name, " is computed; it cannot be set.");
   if (v.variability == Variability::fixed && data_.phase != Phase::instantiated &&
       data_.phase != Phase::initialization) {
     fail<Refused>(v.name, " is a fixed parameter; it can be set only before the simulation starts, or after a reset.");
@@ -369,7 +363,7 @@ bool Slave::do_step(double t, double H) {
   for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
   data_.input.t0 = s.time;
   if (reports_events && s.counters.retries > retries) {
-    std::ostringstream text;
+    std::ostringstream text = text_stream(6);
     text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
          << " repeated internal steps with half the step size.";
     report_(Report::event, text.str());
@@ -378,8 +372,7 @@ bool Slave::do_step(double t, double H) {
 }
 
 void Slave::describe_failure(const StepFailure& f) {
-  std::ostringstream text;
-  text.precision(10);
+  std::ostringstream text = text_stream(10);
   const char* body = f.body >= 0 ? mechanism_.multibody.bodies[f.body].name.c_str() : "";
   text << "The internal step to t = " << f.time << " s failed even with a step size of " << f.step_size << " s: ";
   const bool finite = std::isfinite(f.measure);
@@ -410,7 +403,7 @@ void Slave::warn_about_settings() const {
   for (int i = 0; i < engine_->system.body_count(); ++i) {
     const double w = data_.state.v.segment<3>(6 * i + 3).norm();
     if (w * settings.step_size > kPi) {
-      std::ostringstream text;
+      std::ostringstream text = text_stream(6);
       text << "integrator.stepSize is " << settings.step_size << " s, but " << mechanism_.multibody.bodies[i].name
            << " spins at " << w << " rad/s: internal steps must be halved until the rotation in one is below pi; "
            << "choose at most " << kPi / w / 4 << " s.";

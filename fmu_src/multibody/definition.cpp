@@ -2,22 +2,19 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <tuple>
 
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
 
 template <typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream message;
-  message.precision(17);
-  (message << ... << parts);
-  throw std::invalid_argument(message.str());
+  sigmafmu::fail<std::invalid_argument>(parts...);
 }
 
 void require_finite(const std::string& name, const Vector3d& x, const char* unit) {
@@ -37,9 +34,9 @@ void validate_rigid(const RigidBodyDef& b) {
   const Matrix3d J = inertia_matrix(b);
   const Vector3d principal = Eigen::SelfAdjointEigenSolver<Matrix3d>(J, Eigen::EigenvaluesOnly).eigenvalues();
   const auto moments = [&] {
-    std::ostringstream text;
-    text << principal[0] << ", " << principal[1] << ", " << principal[2] << " kg.m2";
-    return text.str();
+    std::ostringstream list = text_stream(6);
+    list << principal[0] << ", " << principal[1] << ", " << principal[2] << " kg.m2";
+    return list.str();
   };
   if (!(principal[0] > 0)) {
     fail(b.name, ".inertia has the principal moments ", moments(), "; all must be positive.");
