@@ -1,12 +1,12 @@
 // A master that makes an FMU report whatever it can, with a logger that formats what it gets, as FMI allows:
 //
-//   reporting_master reports|locale|memory LIBRARY GUID RESOURCES STEPSIZE SPECTRALRADIUS FORMULATION MAXHALVINGS STEPS
+//   reporting_master reports|locale|allocation|memory LIBRARY GUID RESOURCES STEPSIZE SPECTRALRADIUS FORMULATION MAXHALVINGS STEPS
 //                    TORQUE BAD_RESOURCES...
 //
 // Capitals from STEPSIZE to TORQUE are value references. `reports` goes through every kind of report and prints a line
 // `instance|status|category|message` for each; `locale` does the same as a master whose C and C++ locales group digits
-// and have a decimal comma; `memory` has the n-th allocation fail and all after it, for n = 1, 2, ... until an instance
-// can be made, initialized and stepped, and prints the different reports.
+// and have a decimal comma; `allocation` has the n-th allocation fail and `memory` all after it, too, for n = 1, 2, ...
+// until an instance can be made, initialized and stepped, and prints the different reports.
 #include <dlfcn.h>
 #include <fmi2Functions.h>
 
@@ -28,8 +28,15 @@ void* __libc_realloc(void* old, size_t size);
 
 namespace {
 
-long allocations_left = std::numeric_limits<long>::max();
-bool granted() { return allocations_left > 0 && allocations_left-- > 0; }
+constexpr long kMany = std::numeric_limits<long>::max();
+long allocations_left = kMany;
+bool one_fails_alone = false;
+
+bool granted() {
+  if (allocations_left > 0) return allocations_left-- > 0;
+  if (one_fails_alone) allocations_left = kMany;
+  return false;
+}
 
 // The linker prefers these to the C library's own, also in the FMU.
 extern "C" void* malloc(size_t size) { return granted() ? __libc_malloc(size) : nullptr; }
@@ -165,7 +172,7 @@ void memory(const Fmu& fmu) {
     last_report[0] = '\0';
     allocations_left = n;
     good = survives(fmu);
-    allocations_left = std::numeric_limits<long>::max();
+    allocations_left = kMany;
     if (!good) different.insert(last_report);
   }
   for (const std::string& report : different) std::printf("%s\n", report.c_str());
@@ -184,7 +191,8 @@ int main(int argc, char** argv) {
   Fmu fmu{dlopen(argv[2], RTLD_NOW | RTLD_LOCAL), argv[3], argv[4], {}};
   if (!fmu.library) return std::fprintf(stderr, "%s\n", dlerror()), 2;
   for (int i = 5; i < 11; ++i) fmu.references.push_back(static_cast<fmi2ValueReference>(std::atoi(argv[i])));
-  if (mode == "memory") {
+  if (mode == "allocation" || mode == "memory") {
+    one_fails_alone = mode == "allocation";
     memory(fmu);
   } else {
     reports(fmu, {argv + 11, argv + argc});

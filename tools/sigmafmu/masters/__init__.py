@@ -11,6 +11,7 @@ import numpy as np
 
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
+from sigmafmu.variables import outputs
 
 
 class ToolError(SigmafmuError):
@@ -31,14 +32,13 @@ class Run:
         """The last communication point."""
         return self.steps * self.H
 
-    def outputs(self, fmi_type: str) -> list[str]:
-        """Names of the outputs of this FMI type."""
-        variables = self.fmu.description.modelVariables
-        return [v.name for v in variables if v.causality == "output" and v.type == fmi_type]
+    def recorded(self, fmi_type: str) -> list[str]:
+        """Names of the variables of this FMI type that a master records: the outputs, and the counters."""
+        return [v.name for v in outputs(self.fmu) if v.type == fmi_type]
 
 
 Trajectory = dict[str, np.ndarray]
-"""Values of every output at the communication points H, 2 H, …"""
+"""Values of every recorded variable at the communication points H, 2 H, …"""
 
 
 class Tool(ABC):
@@ -77,7 +77,7 @@ class Master(Tool):
 
     @abstractmethod
     def simulate(self, run: Run) -> Trajectory:
-        """Values of every Real and Integer output after each communication step."""
+        """Values of every recorded Real and Integer variable after each communication step."""
 
 
 def largest_difference(a: Trajectory, b: Trajectory) -> float:
