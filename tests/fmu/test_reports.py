@@ -113,8 +113,8 @@ def test_every_report_reaches_a_logger_that_formats(run, fmu, model):
     warnings = [r[3] for r in rest if r[2] == warning]
     index3 = "integrator.formulation index3 with integrator.spectralRadius 1 lets"
     assert any(text.startswith(index3) for text in warnings) == (model != "HighSpeedRotor")  # which has no joints
-    spinning = model not in {"FlexiblePendulum", "SpinUpBeam"}
-    assert any(text.startswith("integrator.stepSize is 1234.5 s, but ") for text in warnings) == spinning
+    spin = "integrator.stepSize is 1234.5 s, but "
+    assert any(text.startswith(spin) for text in warnings) == (model != "SpinUpBeam")  # which starts at rest
     assert "fmi2CancelStep: no step is pending; steps end before fmi2DoStep returns." in texts
     assert "The communication point is 1234567.5 s, but the FMU is at 0 s." in texts
     assert any(re.fullmatch(r"The derivative order of .* is 1234567; it must be 1 to 2.", text) for text in texts)
@@ -140,8 +140,8 @@ def test_reports_do_not_follow_the_locale_of_the_master(run, tmp_path):
 @pytest.mark.parametrize("mode", ["allocation", "memory"])
 def test_nothing_is_thrown_when_memory_runs_out(run, fmu, model, mode):
     """Whichever allocation fails, alone or with all after it: a null pointer or a status, a message, and no crash."""
-    if mode == "memory" and list((fmu(model).directory / "resources").glob("*")):
-        pytest.skip("the JSON library allocates where it frees its data")
+    if list((fmu(model).directory / "resources").glob("*")):
+        pytest.skip("the JSON library allocates where it frees its data, and ends the process if it cannot")
     *reports, count = run(mode)
     assert "There is not enough memory." in reports
     assert "" not in reports, "nothing fails without a report"
@@ -153,6 +153,6 @@ def test_texts_are_made_in_one_place():
     users = {
         path.relative_to(FMU_SOURCES).as_posix()
         for path in FMU_SOURCES.rglob("*.*")
-        if re.search(r"std::o?stringstream(?! \w+ = text_stream\()|printf", path.read_text())
+        if re.search(r"std::o?stringstream(?! \w+ = text_stream\()|printf\(", path.read_text())
     }
     assert users <= {"text/text.h"}
