@@ -12,8 +12,10 @@ from typer.testing import CliRunner
 from sigmafmu import SigmafmuError, compat
 from sigmafmu.cli import app
 from sigmafmu.compat import PARAMETERS, standard_run
-from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, largest_difference, tools
+from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, comparable, largest_difference, tools
+from sigmafmu.masters.fmi_sim import FmiSim
 from sigmafmu.masters.fmpy import FmpyMaster
+from sigmafmu.masters.gemseo import PYTHON_VARIABLE, Gemseo
 from sigmafmu.masters.java import CACHE_VARIABLE
 from sigmafmu.masters.maestro import Maestro
 from sigmafmu.masters.process import ProcessError, output_of
@@ -49,7 +51,7 @@ def test_master_gets_the_bits_of_fmpy(fmu, model, tool):
     run = standard_run(fmu(model))
     expected, got = FmpyMaster().simulate(run), tool.simulate(run)
     assert len(expected["integrator.steps"]) == run.steps
-    assert largest_difference(got, expected) == 0
+    assert largest_difference(got, comparable(expected, run, tool)) == 0
 
 
 def test_parameters_of_the_standard_run_matter(fmu, model):
@@ -185,6 +187,38 @@ def test_missing_failing_and_complaining_tools_are_told(models):
     page = compat.page(models, columns)
     assert "| Absent | – | nowhere | `absent FMU` |" in page
     assert "| Strict | 1.0 | nowhere | `absent FMU` |" in page
+
+
+class Peculiar(Master):
+    source, command = "nowhere", "peculiar FMU"
+    records = ("Real",)
+
+    def __init__(self, name, note, missing=None):
+        self.name, self.note, self._missing = name, note, missing
+
+    def missing(self):
+        return self._missing
+
+    def version(self) -> str:
+        return "1.0"
+
+    def simulate(self, run: Run):
+        recorded = FmpyMaster().simulate(run)
+        return {name: recorded[name] for name in run.recorded("Real")}
+
+
+def test_every_note_has_its_mark():
+    chosen = [Peculiar("A", "A is slow"), Peculiar("B", "B is rare", "not installed"), Peculiar("C", "C is strict")]
+    columns = compat.check(["HeavyTop"], chosen, lambda: None)
+    assert [c.cells for c in columns] == [["same bits as FMPy ¹"], ["not installed"], ["same bits as FMPy ²"]]
+    assert compat.notes(columns) == ["¹ A is slow.", "² C is strict."]
+
+
+@pytest.mark.parametrize("tool", [FmiSim(), Gemseo()], ids=lambda t: t.name)
+def test_optional_tools_say_that_they_are_missing(tool, monkeypatch):
+    monkeypatch.delenv(PYTHON_VARIABLE, raising=False)
+    monkeypatch.setattr(shutil, "which", lambda *_, **__: None)
+    assert tool.missing().startswith("not installed")
 
 
 def test_command_prints_the_matrix_and_writes_the_page(tmp_path, models):
