@@ -26,8 +26,8 @@ PARAMETERS = {"integrator.spectralRadius": 0.8, "gravity[1]": 0.5}
 NOTE_MARKS = "¹²³⁴⁵"
 """In a cell: what the note of this mark says is true of the master."""
 
-NOT_RUN = """OMSimulator, FMU Compliance Checker, PyFMI and fmusim are not run here, since neither pip nor Maven
-installs binaries of them; the XML keeps clear of what is known to break them."""
+NOT_RUN = """OMSimulator, FMU Compliance Checker, PyFMI and fmusim are not run here, since no package registry
+has binaries of them; the XML keeps clear of what is known to break them."""
 
 
 @dataclass(frozen=True)

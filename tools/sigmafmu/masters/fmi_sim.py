@@ -1,7 +1,9 @@
 """fmi-sim, the command line of rust-fmi."""
 
 import csv
+import re
 import shutil
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -19,7 +21,7 @@ class FmiSim(Master):
 
     name = "fmi-sim"
     source = "crates.io `fmi-sim` (`cargo install fmi-sim`, minutes; its build needs libclang)"
-    command = "fmi-sim --model FMU --output-file r.csv -v NAME=VALUE … co-simulation --output-interval H --stop-time T"
+    command = "fmi-sim --model FMU -o r.csv co-simulation --output-interval H -f T --init-values NAME=VALUE"
     heavy = True
     records = ("Real",)
     note = "fmi-sim records outputs alone, so not the counters"
@@ -32,7 +34,9 @@ class FmiSim(Master):
         return None if self._program else "not installed"
 
     def version(self) -> str:
-        return output_of([self._program, "--version"], Path.cwd()).split()[-1]
+        shown = subprocess.run([self._program, "--version"], capture_output=True, text=True, check=False)  # an "error"
+        found = re.search(r"fmi-sim (\d\S*)", shown.stdout + shown.stderr)
+        return found[1] if found else "unknown"
 
     def simulate(self, run: Run) -> Trajectory:
         values = [option for name, value in run.parameters.items() for option in ("--init-values", f"{name}={value!r}")]
