@@ -1,7 +1,7 @@
 // A master that makes an FMU report whatever it can, with a logger that formats what it gets, as FMI allows:
 //
-//   reporting_master reports|locale|allocation|memory LIBRARY GUID RESOURCES STEPSIZE SPECTRALRADIUS FORMULATION MAXHALVINGS STEPS
-//                    TORQUE BAD_RESOURCES...
+//   reporting_master reports|locale|allocation|memory LIBRARY GUID RESOURCES
+//                    STEPSIZE SPECTRALRADIUS FORMULATION MAXHALVINGS STEPS TORQUE BAD_RESOURCES...
 //
 // Capitals from STEPSIZE to TORQUE are value references. `reports` goes through every kind of report and prints a line
 // `instance|status|category|message` for each; `locale` does the same as a master whose C and C++ locales group digits

@@ -1,8 +1,11 @@
 """Every FMU in every master and validator that is installed; `-m heavy` runs those that need Java."""
 
+import re
 import shlex
 import shutil
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -219,6 +222,35 @@ def test_optional_tools_say_that_they_are_missing(tool, monkeypatch):
     monkeypatch.delenv(PYTHON_VARIABLE, raising=False)
     monkeypatch.setattr(shutil, "which", lambda *_, **__: None)
     assert tool.missing().startswith("not installed")
+
+
+def snippet(page: str, word: str) -> str:
+    """The Python example of a page that imports `word`."""
+    text = (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
+    (found,) = [code for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if f"from {word}" in code]
+    return found
+
+
+@pytest.mark.heavy
+def test_the_example_for_gemseo_runs_and_sets_the_fixed_parameter(fmu, tmp_path):
+    tool = Gemseo()
+    need(tool)
+    crank = fmu("SliderCrank")
+    shutil.copy(crank.path, tmp_path)
+    (tmp_path / "example.py").write_text(snippet("docs/fmi.md", "gemseo_fmu") + "\nprint(float(energy[-1]))\n")
+    shown = output_of([tool._python, "example.py"], tmp_path)
+    settings = {"gravity[3]": -1.62, "crank.mass": 0.3}
+    expected = simulate(crank, stop_time=0.1, settings=settings, variables=["energy.total"])["energy.total"][-1]
+    assert float(shown.split()[-1]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_example_for_omsimulator_names_what_exists(fmu):
+    code = snippet("README.md", "OMSimulator")
+    compile(code, "README.md", "exec")
+    (name,) = re.findall(r'CRef\("default", "crank", "([^"]+)"\)', code)
+    assert fmu("SliderCrank").variables[name].causality == "input"
+    if find_spec("OMSimulator"):
+        exec(code, {})
 
 
 def test_command_prints_the_matrix_and_writes_the_page(tmp_path, models):
