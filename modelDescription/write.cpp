@@ -86,7 +86,16 @@ void write_types(XMLElement* root, const std::vector<Variable>& variables, const
 }
 
 const char* name(Causality c) {
-  return c == Causality::input ? "input" : c == Causality::output ? "output" : "parameter";
+  switch (c) {
+    case Causality::input:
+      return "input";
+    case Causality::output:
+      return "output";
+    case Causality::local:
+      return "local";
+    default:
+      return "parameter";
+  }
 }
 
 const char* name(Variability v) {
@@ -131,7 +140,7 @@ void write_structure(XMLElement* root, const std::vector<Variable>& variables, c
   XMLElement* outputs = structure->InsertNewChildElement("Outputs");
   XMLElement* initial = structure->InsertNewChildElement("InitialUnknowns");
   for (std::size_t i = 0; i < variables.size(); ++i) {
-    if (!variables[i].output) continue;
+    if (variables[i].causality != Causality::output) continue;
     std::string list;
     for (std::size_t j = 0; j < variables.size(); ++j) {
       if (depends[i][j]) list += (list.empty() ? "" : " ") + std::to_string(j + 1);
@@ -193,6 +202,8 @@ void write(const Mechanism& mechanism, const char* file, const std::vector<const
   XMLElement* experiment = root->InsertNewChildElement("DefaultExperiment");
   set(experiment, "startTime", 0.0);
   set(experiment, "stopTime", mechanism.stop_time);
+  // What a master that passes it on asks for: the start value of the tolerance, so that it changes nothing.
+  set(experiment, "tolerance", mechanism.integrator.relative_tolerance);
   set(experiment, "stepSize", mechanism.communication_step);
 
   XMLElement* list = root->InsertNewChildElement("ModelVariables");

@@ -44,6 +44,23 @@ const char* name(Phase phase) {
   }
 }
 
+constexpr char kNoMemory[] = "There is not enough memory.";
+
+// The one way to the master's logger. It is variadic like printf and formats what it gets, so a percent sign comes
+// doubled. Throws nothing: it reports from handlers of exceptions, too.
+void report(const fmi2CallbackFunctions& callbacks, const char* instance, fmi2Status status, const char* category,
+            const char* message) noexcept {
+  if (!callbacks.logger) return;
+  std::string text;
+  try {
+    for (const char* c = message; *c; ++c) text.append(*c == '%' ? 2 : 1, *c);
+    message = text.c_str();
+  } catch (...) {
+    message = kNoMemory;
+  }
+  callbacks.logger(callbacks.componentEnvironment, instance, status, category, message);
+}
+
 struct Component {
   std::string instance;
   fmi2CallbackFunctions callbacks;
@@ -57,21 +74,38 @@ struct Component {
         logs_events(logging),
         slave(std::move(mechanism), sigmafmu::kGuid, [this](Slave::Report report, const std::string& text) {
           if (report == Slave::Report::warning) {
-            log(fmi2Warning, kWarning, text);
+            log(fmi2Warning, kWarning, text.c_str());
           } else if (logs_events) {
-            log(fmi2OK, kEvents, text);
+            log(fmi2OK, kEvents, text.c_str());
           }
         }) {
     slave.reports_events = logging;
   }
 
   // Warnings and errors are always passed on; logging on or off concerns events alone.
-  void log(fmi2Status status, const char* category, std::string text) const {
-    if (!callbacks.logger) return;
-    for (std::size_t i = text.find('%'); i != std::string::npos; i = text.find('%', i + 2)) text.insert(i, 1, '%');
-    callbacks.logger(callbacks.componentEnvironment, instance.c_str(), status, category, text.c_str());
+  void log(fmi2Status status, const char* category, const char* message) const noexcept {
+    report(callbacks, instance.c_str(), status, category, message);
   }
 };
+
+// Reports the exception that is being handled.
+fmi2Status failed(const fmi2CallbackFunctions& callbacks, const char* instance) noexcept {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    report(callbacks, instance, fmi2Error, kError, kNoMemory);
+  } catch (const std::exception& e) {
+    report(callbacks, instance, fmi2Error, kError, e.what());
+  } catch (...) {
+    report(callbacks, instance, fmi2Error, kError, "An error without a description.");
+  }
+  return fmi2Error;
+}
+
+fmi2Status refuse(const Component& c, const std::string& text) {
+  c.log(fmi2Error, kError, text.c_str());
+  return fmi2Error;
+}
 
 // Runs body(component) if the call is legal now. `when_discarded` is the status of a failed computation.
 template <typename Body>
@@ -82,25 +116,15 @@ fmi2Status guarded(fmi2Component c, const char* function, unsigned allowed, Body
   try {
     const Phase phase = component->slave.phase();
     if (!(allowed & (1u << static_cast<unsigned>(phase)))) {
-      component->log(fmi2Error, kError,
-                     std::string(function) + " is not allowed in the state \"" + name(phase) + "\".");
-      return fmi2Error;
+      return refuse(*component, std::string(function) + " is not allowed in the state \"" + name(phase) + "\".");
     }
     return body(*component);
   } catch (const sigmafmu::Discarded& e) {
     component->log(when_discarded, when_discarded == fmi2Error ? kError : kDiscard, e.what());
     return when_discarded;
-  } catch (const std::exception& e) {
-    component->log(fmi2Error, kError, e.what());
-    return fmi2Error;
   } catch (...) {
-    return fmi2Error;
+    return failed(component->callbacks, component->instance.c_str());
   }
-}
-
-fmi2Status refuse(const Component& c, const std::string& text) {
-  c.log(fmi2Error, kError, text);
-  return fmi2Error;
 }
 
 template <typename... Pointers>
@@ -119,10 +143,10 @@ fmi2Status unsupported_type(fmi2Component c, const char* function, unsigned allo
 
 fmi2Status no_status(fmi2Component c, const char* function) {
   return guarded(c, function, kAny, [&](Component& component) {
-    component.log(fmi2Discard, kDiscard,
-                  std::string(function) +
-                      ": this information exists for asynchronous steps alone; steps here end "
-                      "before fmi2DoStep returns.");
+    const std::string text =
+        std::string(function) +
+        ": this information exists for asynchronous steps alone; steps here end before fmi2DoStep returns.";
+    component.log(fmi2Discard, kDiscard, text.c_str());
     return fmi2Discard;
   });
 }
@@ -149,21 +173,17 @@ const char* fmi2GetVersion() { return fmi2Version; }
 fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean logging) {
   if (!functions) return nullptr;
-  const auto fail = [&](const std::string& text) -> fmi2Component {
-    if (functions->logger) {
-      functions->logger(functions->componentEnvironment, instance ? instance : "", fmi2Error, kError, text.c_str());
-    }
-    return nullptr;
-  };
-  if (!instance || !*instance) return fail("The instance name is missing; it must not be empty.");
-  if (type != fmi2CoSimulation) return fail("This FMU is for co-simulation alone.");
-  if (!guid || std::strcmp(guid, sigmafmu::kGuid) != 0) {
-    return fail(std::string("The GUID does not fit; it must be ") + sigmafmu::kGuid + ".");
-  }
   try {
+    using sigmafmu::Refused;
+    if (!instance || !*instance) throw Refused("The instance name is missing; it must not be empty.");
+    if (type != fmi2CoSimulation) throw Refused("This FMU is for co-simulation alone.");
+    if (!guid || std::strcmp(guid, sigmafmu::kGuid) != 0) {
+      throw Refused(std::string("The GUID does not fit; it must be ") + sigmafmu::kGuid + ".");
+    }
     return new Component(instance, load_mechanism(resources), *functions, logging != fmi2False);
-  } catch (const std::exception& e) {
-    return fail(e.what());
+  } catch (...) {
+    failed(*functions, instance ? instance : "");
+    return nullptr;
   }
 }
 
@@ -374,7 +394,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real H, fmi2Boolean) {
   return guarded(c, "fmi2DoStep", kStep, [&](Component& component) {
     if (component.slave.do_step(t, H)) return fmi2OK;
-    component.log(fmi2Discard, kDiscard, component.slave.message());
+    component.log(fmi2Discard, kDiscard, component.slave.message().c_str());
     return fmi2Discard;
   });
 }

@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <vector>
+
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
@@ -16,10 +17,7 @@ using Json = nlohmann::json;
 
 template <typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream message;
-  message.precision(17);
-  (message << ... << parts);
-  throw std::runtime_error(message.str());
+  sigmafmu::fail<std::runtime_error>(parts...);
 }
 
 constexpr const char* kFormat = "sigmafmu modes";
@@ -184,7 +182,23 @@ std::string decode_percent(const std::string& text) {
   return result;
 }
 
-bool starts_with(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
+std::string lower_case(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+// What a URI has before its first colon; empty for a path, perhaps one that starts with a drive.
+std::string scheme_of(const std::string& uri) {
+  const std::size_t colon = uri.find(':');
+  if (colon == std::string::npos || colon < 2 || uri.find_first_of("/\\") < colon) return {};
+  return uri.substr(0, colon);
+}
+
+bool is_this_machine(const std::string& host) {
+  return host.empty() || host == "localhost" || host == "127.0.0.1" || host == "[::1]";
+}
 
 }  // namespace
 
@@ -200,15 +214,20 @@ void load_modal_files(Mechanism& mechanism, const std::string& folder) {
 }
 
 std::string folder_of_uri(const std::string& uri) {
-  const std::size_t colon = uri.find(':');
-  if (colon == std::string::npos || colon == 1) return uri;  // a path, perhaps one that starts with a drive
-  if (!starts_with(uri, "file:")) {
+  const std::string scheme = scheme_of(uri);
+  if (scheme.empty()) return uri;
+  if (lower_case(scheme) != "file") {
     fail("The resource location is ", utf8(uri), "; it must be a file URI, as file:///folder.");
   }
-  std::string path = uri.substr(colon + 1);
-  if (starts_with(path, "//localhost/")) path.erase(0, 11);
-  if (starts_with(path, "///")) path.erase(0, 2);
+  std::string path = uri.substr(scheme.size() + 1);
+  if (path.rfind("//", 0) == 0) {  // another machine's name stays: //host/folder is how Windows names it
+    const std::size_t end = std::min(path.find('/', 2), path.size());
+    if (is_this_machine(lower_case(path.substr(2, end - 2)))) path.erase(0, end);
+  }
   path = decode_percent(path);
+  if (path.find('\0') != std::string::npos) {
+    fail("The resource location is ", utf8(uri), "; %00 is not possible in a path.");
+  }
   const bool drive =
       path.size() > 2 && path[0] == '/' && std::isalpha(static_cast<unsigned char>(path[1])) && path[2] == ':';
   return drive ? path.substr(1) : path;

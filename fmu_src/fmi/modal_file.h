@@ -12,7 +12,8 @@ namespace sigmafmu {
 void load_modal_files(Mechanism& mechanism, const std::string& folder);
 
 // The folder that a URI (file:///path, file:/path, file://host/path, percent-encoded) or a plain path stands for.
-// Throws std::runtime_error for another scheme.
+// Scheme and host may be in capitals; localhost, 127.0.0.1 and [::1] are no host. Throws std::runtime_error for another
+// scheme and for %00.
 std::string folder_of_uri(const std::string& uri);
 
 }  // namespace sigmafmu

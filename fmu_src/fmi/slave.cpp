@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
+
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
@@ -12,14 +13,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxInternalSteps = 1e9;  // per communication step
 constexpr double kLargeError = 3e-4;       // of an internal step, relative to the mechanism's size: warn
 constexpr double kLargeTurn = 1.0;         // of a body in an internal step [rad]: warn
-
-template <typename Error, typename... Parts>
-[[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream message;
-  message.precision(17);
-  (message << ... << parts);
-  throw Error(message.str());
-}
 
 // Communication points come from masters that add them up, multiply or count nanoseconds: their rounding, which grows
 // with the time, is no mistake.
@@ -198,6 +191,7 @@ void Slave::get(const unsigned* references, std::size_t count, bool integer, dou
 
 void Slave::require_settable(const Variable& v) const {
   if (v.causality == Causality::output) fail<Refused>(v.name, " is an output; it cannot be set.");
+  if (v.causality == Causality::local) fail<Refused>(v.name, " is computed; it cannot be set.");
   if (v.variability == Variability::fixed && data_.phase != Phase::instantiated &&
       data_.phase != Phase::initialization) {
     fail<Refused>(v.name, " is a fixed parameter; it can be set only before the simulation starts, or after a reset.");
@@ -400,7 +394,7 @@ bool Slave::do_step(double t, double H) {
   s.elapsed = 0;
   if (ok) warn_about_accuracy(s.time, length);
   if (reports_events && s.counters.retries > retries) {
-    std::ostringstream text;
+    std::ostringstream text = text_stream(6);
     text << "The communication step to " << t + H << " s needed " << s.counters.retries - retries
          << " repeated internal steps with half the step size.";
     report_(Report::event, text.str());
@@ -409,8 +403,7 @@ bool Slave::do_step(double t, double H) {
 }
 
 void Slave::describe_failure(const StepFailure& f) {
-  std::ostringstream text;
-  text.precision(10);
+  std::ostringstream text = text_stream(10);
   const char* body = f.body >= 0 ? mechanism_.multibody.bodies[f.body].name.c_str() : "";
   text << "The internal step to t = " << f.time << " s failed even with a step size of " << f.step_size << " s: ";
   const bool finite = std::isfinite(f.measure);
@@ -441,7 +434,7 @@ void Slave::warn_about_settings() {
   for (int i = 0; i < engine_->system.body_count(); ++i) {
     const double w = data_.state.v.segment<3>(6 * i + 3).norm();
     if (w * settings.step_size > kPi) {
-      std::ostringstream text;
+      std::ostringstream text = text_stream(6);
       text << "integrator.stepSize is " << settings.step_size << " s, but " << mechanism_.multibody.bodies[i].name
            << " spins at " << w << " rad/s: internal steps must be halved until the rotation in one is below pi; "
            << "choose at most " << kPi / w / 4 << " s.";
@@ -461,7 +454,7 @@ void Slave::warn_about_accuracy(double t, double h) {
   const State& s = data_.state;
   if (!warned_of_error_ && s.largest_error > kLargeError) {
     warned_of_error_ = true;
-    std::ostringstream text;
+    std::ostringstream text = text_stream(6);
     text << "Up to t = " << t << " s the position error of an internal step of " << h << " s is estimated as "
          << s.largest_error << " of the mechanism's size, more than " << kLargeError
          << ": choose a smaller integrator.stepSize, or integrator.stepControl error.";
@@ -471,7 +464,7 @@ void Slave::warn_about_accuracy(double t, double h) {
     const double w = s.v.segment<3>(6 * i + 3).norm();
     if (!(w * h > kLargeTurn)) continue;
     warned_of_spin_ = true;
-    std::ostringstream text;
+    std::ostringstream text = text_stream(6);
     text << mechanism_.multibody.bodies[i].name << " spins at " << w << " rad/s at t = " << t << " s and turns by "
          << w * h << " rad in an internal step, more than " << kLargeTurn
          << ": choose an integrator.stepSize of at most " << 0.5 * kLargeTurn / w << " s.";

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "lie/r3xso3.h"
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
@@ -427,6 +427,7 @@ void Table::integrator() {
 
   auto counter = [&](const char* name, const char* description, Output output) {
     Variable& v = output_scalar(0, n + name, nullptr, description, output);
+    v.causality = Causality::local;  // some importers read every output as Real
     v.integer = true;
     v.variability = Variability::discrete;
   };
@@ -458,8 +459,7 @@ void Variable::set_value(Mechanism& mechanism, double value) const {
 std::string Variable::complaint(double value) const {
   const bool low = above_min ? !(value > min) : !(value >= min);
   if (std::isfinite(value) && !low && value <= max) return {};
-  std::ostringstream text;
-  text.precision(17);
+  std::ostringstream text = text_stream();
   text << name << " is " << value;
   if (unit && std::string(unit) != "1") text << " " << unit;
   text << "; it must be ";

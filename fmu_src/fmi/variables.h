@@ -26,7 +26,7 @@ struct View {
   const VectorXd& lambda;
 };
 
-enum class Causality { parameter, input, output };
+enum class Causality { parameter, input, output, local };
 enum class Variability { fixed, tunable, continuous, discrete };
 
 struct Variable {

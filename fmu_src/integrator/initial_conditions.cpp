@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "integrator/kkt_layout.h"
 #include "lie/r3xso3.h"
+#include "text/text.h"
 
 namespace sigmafmu {
 
@@ -189,7 +189,7 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   }
   const auto result = solver.project_positions(q);
   if (!result.possible) {
-    std::ostringstream message;
+    std::ostringstream message = text_stream(6);
     message << "The mechanism cannot be assembled from its initial positions: joint "
             << definition.joints[result.worst_joint].name << " keeps a position residual of " << result.residual
             << " after " << result.iterations << " iterations; 1e-12 is allowed.";

@@ -77,5 +77,8 @@ class LocalCoordinates {
 };
 
 std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& settings);
+// On R^3 x SO(3) and on SE(3), whatever the settings say of the group.
+std::unique_ptr<LocalCoordinates> make_r3xso3_coordinates(const System& system, const IntegratorSettings& settings);
+std::unique_ptr<LocalCoordinates> make_se3_coordinates(const System& system, const IntegratorSettings& settings);
 
 }  // namespace sigmafmu

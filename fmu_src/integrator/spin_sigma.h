@@ -19,13 +19,13 @@
 // on other groups or coordinate maps than R^3 x SO(3) with exp, for which it is derived.
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "integrator/settings.h"
+#include "multibody/dense.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {
@@ -78,8 +78,8 @@ class SpinSigma {
   static double falling(double x, Range r) { return std::clamp((r.none - x) / (r.none - r.full), 0.0, 1.0); }
 
   static Principal principal(const Matrix3d& J, const AlphaParameters& alpha, bool qualified) {
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(J);
-    Principal b{solver.eigenvectors(), solver.eigenvalues(), {}, {}};
+    const PrincipalAxes principal = principal_axes(J);
+    Principal b{principal.axes, principal.values, {}, {}};
     if (b.axes.determinant() < 0) b.axes.col(0) *= -1;
     for (int s = 0; s < 3; ++s) {
       const double J1 = b.J[(s + 1) % 3], J2 = b.J[(s + 2) % 3];

@@ -1,24 +1,21 @@
 #include "multibody/definition.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <tuple>
 
 #include "multibody/bodies/flexible_body.h"
-#include "multibody/bodies/rigid_body.h"
+#include "multibody/bodies/rigid_body_inline.h"
+#include "multibody/dense.h"
+#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
 
 template <typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
-  std::ostringstream message;
-  message.precision(17);
-  (message << ... << parts);
-  throw std::invalid_argument(message.str());
+  sigmafmu::fail<std::invalid_argument>(parts...);
 }
 
 void require_finite(const std::string& name, const Vector3d& x, const char* unit) {
@@ -36,11 +33,11 @@ void validate_rigid(const RigidBodyDef& b) {
     fail(b.name, ".mass is ", b.mass, " kg; it must be positive and finite.");
   }
   const Matrix3d J = inertia_matrix(b);
-  const Vector3d principal = Eigen::SelfAdjointEigenSolver<Matrix3d>(J, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3d principal = eigenvalues(J);
   const auto moments = [&] {
-    std::ostringstream text;
-    text << principal[0] << ", " << principal[1] << ", " << principal[2] << " kg.m2";
-    return text.str();
+    std::ostringstream list = text_stream(6);
+    list << principal[0] << ", " << principal[1] << ", " << principal[2] << " kg.m2";
+    return list.str();
   };
   if (!(principal[0] > 0)) {
     fail(b.name, ".inertia has the principal moments ", moments(), "; all must be positive.");
@@ -79,7 +76,7 @@ void require_semidefinite(const std::string& name, const MatrixXd& A) {
     fail(name, " has ", A(i, j), " at [", i + 1, ", ", j + 1, "] and ", A(j, i), " at [", j + 1, ", ", i + 1,
          "]; it must be symmetric.");
   }
-  const double lowest = Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double lowest = eigenvalues(A)[0];
   if (lowest < -kDataRounding * largest) {
     fail(name, " has the eigenvalue ", lowest, "; it must be positive semidefinite.");
   }
@@ -91,7 +88,7 @@ double scaled_definiteness(const MatrixXd& M) {
   if (!(diagonal.minCoeff() > 0)) return 0.0;
   const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = scale.asDiagonal() * M * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return eigenvalues(scaled)[0];
 }
 
 void validate_modal(const std::string& body, const ModalDef& m) {

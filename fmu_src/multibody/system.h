@@ -158,11 +158,7 @@ class System {
     int modal_incidence[2];  // -1: that side is not at a node
   };
   // What an element between frames adds to r and its derivatives, by side, in the terms of node_frame.h.
-  struct NodeElement {
-    Vector6d force[2] = {Vector6d::Zero(), Vector6d::Zero()};
-    Matrix6d K[2][2] = {{Matrix6d::Zero(), Matrix6d::Zero()}, {Matrix6d::Zero(), Matrix6d::Zero()}};
-    Matrix6d C[2][2] = {{Matrix6d::Zero(), Matrix6d::Zero()}, {Matrix6d::Zero(), Matrix6d::Zero()}};
-  };
+  struct NodeElement;
   End make_end(int body, int node);
   Ends make_ends(const End& end1, const End& end2, bool coupled);
   int add_pair(int i, int j);

@@ -1,4 +1,4 @@
-"""The layers of the C++ sources: includes point downward only, fmi → mechanism → integrator → multibody → lie."""
+"""The layers of the C++ sources: includes point downward, fmi → mechanism → integrator → multibody → lie → text."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "fmu_src"
-LAYERS = ("lie", "multibody", "integrator", "mechanism", "fmi")
+LAYERS = ("text", "lie", "multibody", "integrator", "mechanism", "fmi")
 MECHANISM_HEADERS = {"mechanism.h", "mechanisms.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 
@@ -31,7 +31,13 @@ def layer(file):
 
 
 def test_the_sources_are_found():
-    assert {file.partition("/")[0] for file in FILES} == {"lie", "multibody", "integrator", "fmi"} | MECHANISM_HEADERS
+    assert {file.partition("/")[0] for file in FILES} == {
+        "text",
+        "lie",
+        "multibody",
+        "integrator",
+        "fmi",
+    } | MECHANISM_HEADERS
     assert len(FILES) > 20
 
 

@@ -63,8 +63,8 @@ def real_outputs(fmu: Fmu) -> list[str]:
     return [v.name for v in fmu.description.modelVariables if v.causality == "output" and v.type == "Real"]
 
 
-def integer_outputs(fmu: Fmu) -> list[str]:
-    return [v.name for v in fmu.description.modelVariables if v.causality == "output" and v.type == "Integer"]
+def counters(fmu: Fmu) -> list[str]:
+    return [v.name for v in fmu.description.modelVariables if v.causality == "local" and v.type == "Integer"]
 
 
 def inputs(fmu: Fmu) -> list[str]:
@@ -99,7 +99,7 @@ class Instance:
         self.messages: list[LogMessage] = []
         self.slave = fmu.instantiate(self.messages.append, debug=debug)
         self.time = 0.0
-        self.all_outputs = (real_outputs(fmu), integer_outputs(fmu))
+        self.all_outputs = (real_outputs(fmu), counters(fmu))
 
     def free(self) -> None:
         if self.slave.component:

@@ -305,7 +305,7 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
     for estimate in ("errorEstimate", "largestErrorEstimate"):
         add(f"integrator.{estimate}", 0, "output", "1")
     for counter in ("steps", "newtonIterations", "jacobianEvaluations", "retries"):
-        rows[f"integrator.{counter}"] = Row("Integer", "output", "discrete")
+        rows[f"integrator.{counter}"] = Row("Integer", "local", "discrete")
     return rows
 
 
@@ -374,7 +374,13 @@ def test_initial_and_start_attributes_fit_the_causality(root):
     for variable, kind in scalars(root):
         initial, start = variable.get("initial"), kind.get("start")
         expected = {"parameter": ("exact", True), "input": (None, True), "output": ("calculated", False)}
+        expected["local"] = expected["output"]
         assert (initial, start is not None) == expected[variable.get("causality")], variable.get("name")
+
+
+def test_every_output_is_a_real(root):
+    """Some importers read every output as Real, whatever its type."""
+    assert {kind.tag for variable, kind in scalars(root) if variable.get("causality") == "output"} == {"Real"}
 
 
 def test_starts_lie_within_min_and_max(root):
@@ -443,6 +449,9 @@ def test_default_experiment(root, model, expected):
     steps = float(experiment["stepSize"]) / expected["integrator.stepSize"].start
     assert steps >= 1
     assert steps == pytest.approx(round(steps), abs=1e-9), "a communication step of whole internal steps"
+    assert float(experiment["tolerance"]) == expected["integrator.relativeTolerance"].start, (
+        "passed on, it changes nothing"
+    )
 
 
 def test_capabilities(root, model):

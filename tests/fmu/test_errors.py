@@ -277,6 +277,9 @@ def test_outputs_cannot_be_set(new, model):
                 setter = instance.slave.setReal if variable.type == "Real" else instance.slave.setInteger
                 text = complaint(instance, setter, [variable.valueReference], [1])
                 assert text == f"{variable.name} is an output; it cannot be set."
+            elif variable.causality == "local":
+                text = complaint(instance, instance.slave.setInteger, [variable.valueReference], [1])
+                assert text == f"{variable.name} is computed; it cannot be set."
         if phase == "before":
             instance.start()
 
@@ -539,6 +542,8 @@ RESOURCES = {
     "umlauts in Latin-1": "file:///tmp/München/resources".encode("latin-1"),
     "a path of Windows": b"C:\\FMU\\resources",
     "half an escape": b"file:///tmp/%2",
+    "capitals": b"FILE://LOCALHOST/tmp/resources",
+    "this machine by its number": b"file://127.0.0.1/tmp/resources",
     "formats": b"%s%n",
     "long": b"file:///" + 100_000 * b"x",
 }
@@ -554,6 +559,43 @@ def test_resource_location_matters_only_where_there_are_resources(fmu, model, in
     assert component is None
     assert [call[2:4] for call in recorder.calls] == [(ERROR, b"logStatusError")]
     assert ".json" in recorder.text
+
+
+@pytest.mark.parametrize("model", ["FlexiblePendulum"])
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "file://{}",
+        "FILE://{}",
+        "File:{}",
+        "file://localhost{}",
+        "FILE://LocalHost{}",
+        "file://127.0.0.1{}",
+        "file://[::1]{}",
+        "{}",
+    ],
+)
+def test_scheme_and_host_of_the_resources_are_read_as_the_standard_says(fmu, model, uri, instantiate):
+    """Both in any case (RFC 3986), and names of this machine are none of another."""
+    resources = uri.format(fmu(model).directory / "resources")
+    recorder = Recorder()
+    assert instantiate(recorder, resources=resources.encode()), recorder.calls
+
+
+@pytest.mark.parametrize("model", ["FlexiblePendulum"])
+@pytest.mark.parametrize(
+    ("uri", "text"),
+    [
+        ("HTTP://localhost/x", "; it must be a file URI, as file:///folder."),
+        ("file:///x%00/resources", "; %%00 is not possible in a path."),
+        ("%00", "%%00/beam.json: it cannot be opened"),
+    ],
+)
+def test_other_locations_of_the_resources_are_refused(uri, text, instantiate):
+    recorder = Recorder()
+    assert instantiate(recorder, resources=uri.encode()) is None
+    assert len(recorder.calls) == 1
+    assert text in recorder.text
 
 
 def test_folder_with_spaces_and_umlauts(fmu, model, tmp_path):

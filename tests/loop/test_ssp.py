@@ -9,16 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from fmpy import read_model_description
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
 from sigmafmu import SigmafmuError
+from sigmafmu.fmu import Fmu
 from sigmafmu.loop.cli import register
 from sigmafmu.loop.closed_loop import run_closed_loop
 from sigmafmu.loop.loops import CONTROLLER, LOOPS
-from sigmafmu.loop.ssp import PLANT, write_ssp
+from sigmafmu.loop.ssp import EXPONENTS, PLANT, write_ssp
 from sigmafmu.loop.ssp_masters import simulate
+from sigmafmu.loop.units import exponents
 from sigmafmu.masters.ecos import Ecos
 from sigmafmu.masters.libcosim import Libcosim
 from sigmafmu.masters.process import output_of
@@ -63,6 +66,34 @@ def blind_at_first(loop, **values):
     return step
 
 
+def base_units(description):
+    """Unit → its exponents, None where there is no BaseUnit."""
+    return {
+        u.name: u.baseUnit and {si: int(getattr(u.baseUnit, si)) for si in EXPONENTS if int(getattr(u.baseUnit, si))}
+        for u in description.unitDefinitions
+    }
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [
+        ("1", {}),
+        ("N.m.s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("kg.m2", {"kg": 1, "m": 2}),
+        ("N/m", {"kg": 1, "s": -2}),
+        ("rad/s2", {"rad": 1, "s": -2}),
+        ("furlong", None),
+    ],
+)
+def test_units_are_taken_apart(unit, expected):
+    assert exponents(unit) == expected
+
+
+def test_units_of_the_mechanisms_are_taken_apart(fmu, model):
+    declared = base_units(fmu(model).description)
+    assert {unit: exponents(unit) for unit in declared} == declared
+
+
 @pytest.mark.parametrize("loop", LOOPS.values(), ids=list(LOOPS))
 def test_system_is_valid_and_complete(ssp, loop, tmp_path):
     """FMPy checks the schema and every FMU; each wire of the table is a connection between connectors that exist."""
@@ -73,8 +104,17 @@ def test_system_is_valid_and_complete(ssp, loop, tmp_path):
     system = read_ssd(path).system
     connectors = {(c.name, k.name): k.kind for c in system.elements for k in c.connectors}
     wires = {(c.startElement, c.startConnector): (c.endElement, c.endConnector) for c in system.connections}
+    plant = Fmu(tmp_path / "resources" / "plant.fmu")
+    plant_units = base_units(plant.description)
     for name, part in loop.parts.items():
-        assert validate_fmu(str(tmp_path / "resources" / f"{name}.fmu")) == []
+        file = str(tmp_path / "resources" / f"{name}.fmu")
+        assert validate_fmu(file) == []
+        description = read_model_description(file)
+        units = base_units(description)
+        assert set(units) == {v.unit for v in description.modelVariables}
+        assert None not in units.values(), "every unit says of what it consists"
+        connected = {plant.variables[n].unit for n in [*part.measured.values(), *part.actuated.values()]}
+        assert {unit: units[unit] for unit in connected} == {unit: plant_units[unit] for unit in connected}
         for ours, theirs in part.measured.items():
             assert (PLANT, theirs, name, ours) in {
                 (c.startElement, c.startConnector, c.endElement, c.endConnector) for c in system.connections

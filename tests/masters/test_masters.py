@@ -1,8 +1,11 @@
 """Every FMU in every master and validator that is installed; `-m heavy` runs those that need Java."""
 
+import re
 import shlex
 import shutil
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -12,8 +15,10 @@ from typer.testing import CliRunner
 from sigmafmu import SigmafmuError, compat
 from sigmafmu.cli import app
 from sigmafmu.compat import PARAMETERS, standard_run
-from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, largest_difference, tools
+from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, comparable, largest_difference, tools
+from sigmafmu.masters.fmi_sim import FmiSim
 from sigmafmu.masters.fmpy import FmpyMaster
+from sigmafmu.masters.gemseo import PYTHON_VARIABLE, Gemseo
 from sigmafmu.masters.java import CACHE_VARIABLE
 from sigmafmu.masters.maestro import Maestro
 from sigmafmu.masters.process import ProcessError, output_of
@@ -49,7 +54,7 @@ def test_master_gets_the_bits_of_fmpy(fmu, model, tool):
     run = standard_run(fmu(model))
     expected, got = FmpyMaster().simulate(run), tool.simulate(run)
     assert len(expected["integrator.steps"]) == run.steps
-    assert largest_difference(got, expected) == 0
+    assert largest_difference(got, comparable(expected, run, tool)) == 0
 
 
 def test_parameters_of_the_standard_run_matter(fmu, model):
@@ -77,7 +82,7 @@ def test_a_decimal_step_differs_by_rounding_only(fmu, model, tool):
     for name, values in expected.items():
         unit = run.fmu.variables[name].unit
         scale[unit] = max(scale.get(unit, 0.0), np.max(np.abs(values)))
-    for name in run.outputs("Real"):
+    for name in run.recorded("Real"):
         assert np.max(np.abs(got[name] - expected[name])) <= max(
             rounding, 1e-9 * scale[run.fmu.variables[name].unit]
         ), name
@@ -185,6 +190,67 @@ def test_missing_failing_and_complaining_tools_are_told(models):
     page = compat.page(models, columns)
     assert "| Absent | – | nowhere | `absent FMU` |" in page
     assert "| Strict | 1.0 | nowhere | `absent FMU` |" in page
+
+
+class Peculiar(Master):
+    source, command = "nowhere", "peculiar FMU"
+    records = ("Real",)
+
+    def __init__(self, name, note, missing=None):
+        self.name, self.note, self._missing = name, note, missing
+
+    def missing(self):
+        return self._missing
+
+    def version(self) -> str:
+        return "1.0"
+
+    def simulate(self, run: Run):
+        recorded = FmpyMaster().simulate(run)
+        return {name: recorded[name] for name in run.recorded("Real")}
+
+
+def test_every_note_has_its_mark():
+    chosen = [Peculiar("A", "A is slow"), Peculiar("B", "B is rare", "not installed"), Peculiar("C", "C is strict")]
+    columns = compat.check(["HeavyTop"], chosen, lambda: None)
+    assert [c.cells for c in columns] == [["same bits as FMPy ¹"], ["not installed"], ["same bits as FMPy ²"]]
+    assert compat.notes(columns) == ["¹ A is slow.", "² C is strict."]
+
+
+@pytest.mark.parametrize("tool", [FmiSim(), Gemseo()], ids=lambda t: t.name)
+def test_optional_tools_say_that_they_are_missing(tool, monkeypatch):
+    monkeypatch.delenv(PYTHON_VARIABLE, raising=False)
+    monkeypatch.setattr(shutil, "which", lambda *_, **__: None)
+    assert tool.missing().startswith("not installed")
+
+
+def snippet(page: str, word: str) -> str:
+    """The Python example of a page that imports `word`."""
+    text = (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
+    (found,) = [code for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if f"from {word}" in code]
+    return found
+
+
+@pytest.mark.heavy
+def test_the_example_for_gemseo_runs_and_sets_the_fixed_parameter(fmu, tmp_path):
+    tool = Gemseo()
+    need(tool)
+    crank = fmu("SliderCrank")
+    shutil.copy(crank.path, tmp_path)
+    (tmp_path / "example.py").write_text(snippet("docs/fmi.md", "gemseo_fmu") + "\nprint(float(energy[-1]))\n")
+    shown = output_of([tool._python, "example.py"], tmp_path)
+    settings = {"gravity[3]": -1.62, "crank.mass": 0.3}
+    expected = simulate(crank, stop_time=0.1, settings=settings, variables=["energy.total"])["energy.total"][-1]
+    assert float(shown.split()[-1]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_example_for_omsimulator_names_what_exists(fmu):
+    code = snippet("README.md", "OMSimulator")
+    compile(code, "README.md", "exec")
+    (name,) = re.findall(r'CRef\("default", "crank", "([^"]+)"\)', code)
+    assert fmu("SliderCrank").variables[name].causality == "input"
+    if find_spec("OMSimulator"):
+        exec(code, {})
 
 
 def test_command_prints_the_matrix_and_writes_the_page(tmp_path, models):

@@ -15,7 +15,7 @@ from rich.table import Table
 from sigmafmu import SigmafmuError, __version__
 from sigmafmu.fmu import Fmu
 from sigmafmu.markdown import markdown_table
-from sigmafmu.masters import Master, Run, Tool, ToolError, Trajectory, Validator, largest_difference, tools
+from sigmafmu.masters import Master, Run, Tool, ToolError, Trajectory, Validator, comparable, largest_difference, tools
 from sigmafmu.masters.fmpy import FmpyMaster
 
 H = 2.0**-9  # s
@@ -23,20 +23,21 @@ STEPS = 64
 PARAMETERS = {"integrator.spectralRadius": 0.8, "gravity[1]": 0.5}
 """Two Real parameters that every mechanism has, with other values than their start values."""
 
-NOTE_MARK = "¹"
-"""In a cell: the master needed what its note says."""
+NOTE_MARKS = "¹²³⁴⁵"
+"""In a cell: what the note of this mark says is true of the master."""
 
-NOT_RUN = """OMSimulator, FMU Compliance Checker, PyFMI and fmusim are not run here, since neither pip nor Maven
-installs binaries of them; the XML keeps clear of what is known to break them."""
+NOT_RUN = """OMSimulator, FMU Compliance Checker, PyFMI and fmusim are not run here, since no package registry
+has binaries of them; the XML keeps clear of what is known to break them."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """What one tool said: its version (None: not installed) and a cell for each model."""
+    """What one tool said: its version (None: not installed), a cell for each model, and the mark of its note."""
 
     tool: Tool
     version: str | None
     cells: list[str]
+    mark: str = ""
 
 
 def standard_run(fmu: Fmu) -> Run:
@@ -59,15 +60,17 @@ def check(models: list[str], chosen: list[Tool], advance: Callable[[], None]) ->
     fmus = [Fmu.of_model(model) for model in models]
     expected: dict[str, Trajectory] = {}
     columns = []
+    marks = iter(NOTE_MARKS)
     for tool in chosen:
         reason = tool.missing()
+        mark = next(marks) if isinstance(tool, Master) and tool.note and not reason else ""
         cells = []
         for fmu in fmus:
             if not reason and isinstance(tool, Master) and fmu.name not in expected:
                 expected[fmu.name] = FmpyMaster().simulate(standard_run(fmu))
-            cells.append(reason or _cell(tool, fmu, expected))
+            cells.append(" ".join(filter(None, (reason or _cell(tool, fmu, expected), mark))))
             advance()
-        columns.append(Column(tool, None if reason else tool.version(), cells))
+        columns.append(Column(tool, None if reason else tool.version(), cells, mark))
     return columns
 
 
@@ -78,16 +81,16 @@ def _cell(tool: Tool, fmu: Fmu, expected: dict[str, Trajectory]) -> str:
             return f"{len(findings)} findings: {findings[0]}" if findings else "finds nothing wrong"
         if isinstance(tool, FmpyMaster):
             return "simulates"
-        difference = largest_difference(tool.simulate(standard_run(fmu)), expected[fmu.name])
-        mark = f" {NOTE_MARK}" if tool.note else ""
-        return ("same bits as FMPy" if difference == 0 else f"equal to FMPy's to {difference:.1e}") + mark
+        run = standard_run(fmu)
+        difference = largest_difference(tool.simulate(run), comparable(expected[fmu.name], run, tool))
+        return "same bits as FMPy" if difference == 0 else f"equal to FMPy's to {difference:.1e}"
     except ToolError as error:
         return f"fails: {error}"
 
 
 def notes(columns: list[Column]) -> list[str]:
     """What a user of these masters has to do."""
-    return [f"{NOTE_MARK} {c.tool.note}." for c in columns if isinstance(c.tool, Master) and c.tool.note]
+    return [f"{c.mark} {c.tool.note}." for c in columns if isinstance(c.tool, Master) and c.mark]
 
 
 def table(models: list[str], columns: list[Column]) -> Table:

@@ -36,6 +36,7 @@ def summary(fmu: Fmu) -> Group:
         ("Integrator settings", settings, ("start", "unit", "allowed")),
         ("Inputs", [v for v in variables if v.causality == "input"], ("start", "unit")),
         ("Outputs", [v for v in variables if v.causality == "output"], ("unit",)),
+        ("Local variables", [v for v in variables if v.causality == "local"], ("unit",)),
     )
     tables = [_table(title, chosen, columns) for title, chosen, columns in sections if chosen]
     return Group(_head(fmu), *(part for table in tables for part in ("", table)))

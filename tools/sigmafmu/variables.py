@@ -29,8 +29,8 @@ def vector_elements(fmu: Fmu, base: str) -> list[str]:
 
 
 def outputs(fmu: Fmu) -> list[ModelVariable]:
-    """All outputs in the order of the model description."""
-    return [v for v in fmu.description.modelVariables if v.causality == "output"]
+    """All that a run computes, in the order of the model description: outputs, and the counters, which are local."""
+    return [v for v in fmu.description.modelVariables if v.causality in {"output", "local"}]
 
 
 def select(fmu: Fmu, patterns: Iterable[str]) -> list[ModelVariable]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from sigmafmu import SigmafmuError
 from sigmafmu.loop.controllers import Law
+from sigmafmu.loop.units import exponents
 from sigmafmu.masters.process import ProcessError, output_of
 
 SCRIPT = """\
@@ -21,6 +22,7 @@ from {module} import {law}
 class {law}Slave(LawSlave):
     law = {law}
     start_values = {values!r}
+    base_units = {base_units!r}
     stop_time = {stop_time!r}
     step_size = {step_size!r}
 """
@@ -51,7 +53,14 @@ def build(
         raise SigmafmuError(f"{law.__name__} has no parameter '{unknown[0]}'; it has {', '.join(law.parameters)}")
     # all files get names of their own: other modules and other FMUs of the same law may be loaded in the same process
     files = (source, Path(__file__).with_name("fmu_slave.py"))
-    settings = {"law": law.__name__, "values": values, "stop_time": float(stop_time), "step_size": float(step_size)}
+    units = sorted({unit for table in (law.inputs, law.outputs, law.parameters) for _, unit, _ in table.values()})
+    settings = {
+        "law": law.__name__,
+        "values": values,
+        "base_units": {unit: exponents(unit) for unit in units if exponents(unit) is not None},
+        "stop_time": float(stop_time),
+        "step_size": float(step_size),
+    }
     contents = b"".join(file.read_bytes() for file in files) + repr(settings).encode()
     mark = hashlib.sha256(contents).hexdigest()[:12]
     module, slave = (f"{file.stem}_{mark}" for file in files)

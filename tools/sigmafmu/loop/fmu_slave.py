@@ -14,6 +14,8 @@ class LawSlave(Fmi2Slave):
     law: type
     start_values: ClassVar = {}
     """Parameters that do not start as the law says."""
+    base_units: ClassVar = {}
+    """Unit → exponents of its base units, without which OMSimulator does not connect variables."""
     stop_time: float
     step_size: float
 
@@ -49,7 +51,10 @@ class LawSlave(Fmi2Slave):
         root = super().to_xml(model_options or {})
         definitions = Element("UnitDefinitions")
         for unit in sorted(set(self.units.values())):
-            SubElement(definitions, "Unit", name=unit)
+            element = SubElement(definitions, "Unit", name=unit)
+            if unit in self.base_units:
+                exponents = {name: str(exponent) for name, exponent in self.base_units[unit].items()}
+                SubElement(element, "BaseUnit", exponents)
         root.insert(1, definitions)  # after CoSimulation
         for variable in root.iter("ScalarVariable"):
             variable.find("Real").set("unit", self.units[variable.get("name")])

@@ -11,6 +11,7 @@ import numpy as np
 
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
+from sigmafmu.variables import outputs
 
 
 class ToolError(SigmafmuError):
@@ -31,14 +32,13 @@ class Run:
         """The last communication point."""
         return self.steps * self.H
 
-    def outputs(self, fmi_type: str) -> list[str]:
-        """Names of the outputs of this FMI type."""
-        variables = self.fmu.description.modelVariables
-        return [v.name for v in variables if v.causality == "output" and v.type == fmi_type]
+    def recorded(self, fmi_type: str) -> list[str]:
+        """Names of the variables of this FMI type that a master records: the outputs, and the counters."""
+        return [v.name for v in outputs(self.fmu) if v.type == fmi_type]
 
 
 Trajectory = dict[str, np.ndarray]
-"""Values of every output at the communication points H, 2 H, …"""
+"""Values of every recorded variable at the communication points H, 2 H, …"""
 
 
 class Tool(ABC):
@@ -74,10 +74,17 @@ class Master(Tool):
 
     note = ""
     """What a user has to do for this master, if anything."""
+    records = ("Real", "Integer")
+    """FMI types that it can read."""
 
     @abstractmethod
     def simulate(self, run: Run) -> Trajectory:
-        """Values of every Real and Integer output after each communication step."""
+        """Values of every recorded variable of the types `records` after each communication step."""
+
+
+def comparable(reference: Trajectory, run: Run, master: Master) -> Trajectory:
+    """The part of `reference` that `master` can read."""
+    return {name: reference[name] for fmi_type in master.records for name in run.recorded(fmi_type)}
 
 
 def largest_difference(a: Trajectory, b: Trajectory) -> float:
@@ -98,10 +105,13 @@ def largest_difference(a: Trajectory, b: Trajectory) -> float:
 def tools() -> list[Tool]:
     """Every tool, FMPy first: its results are those that the others are compared with."""
     from sigmafmu.masters.ecos import Ecos
+    from sigmafmu.masters.fmi_sim import FmiSim
     from sigmafmu.masters.fmpy import FmpyMaster, FmpyValidator
     from sigmafmu.masters.fmu_manipulation_toolbox import FmuManipulationToolbox
+    from sigmafmu.masters.gemseo import Gemseo
     from sigmafmu.masters.libcosim import Libcosim
     from sigmafmu.masters.maestro import Maestro
     from sigmafmu.masters.vdmcheck import VdmCheck
 
-    return [FmpyValidator(), FmuManipulationToolbox(), VdmCheck(), FmpyMaster(), Libcosim(), Ecos(), Maestro()]
+    validators = [FmpyValidator(), FmuManipulationToolbox(), VdmCheck()]
+    return [*validators, FmpyMaster(), Libcosim(), Ecos(), Maestro(), FmiSim(), Gemseo()]

@@ -35,8 +35,8 @@ class Ecos(Master):
             "H": run.H,
             "steps": run.steps,
             "parameters": dict(run.parameters),
-            "reals": run.outputs("Real"),
-            "integers": run.outputs("Integer"),
+            "reals": run.recorded("Real"),
+            "integers": run.recorded("Integer"),
         }
         try:
             return call_script(__name__, job)

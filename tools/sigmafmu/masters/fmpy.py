@@ -38,7 +38,7 @@ class FmpyMaster(Master):
         return fmpy.__version__
 
     def simulate(self, run: Run) -> Trajectory:
-        outputs = [*run.outputs("Real"), *run.outputs("Integer")]
+        outputs = [*run.recorded("Real"), *run.recorded("Integer")]
         result = fmpy.simulate_fmu(
             str(run.fmu.path),
             stop_time=run.stop_time,

@@ -29,8 +29,8 @@ class Libcosim(Master):
             "H": run.H,
             "steps": run.steps,
             "parameters": [(references[name], value) for name, value in run.parameters.items()],
-            "reals": {name: references[name] for name in run.outputs("Real")},
-            "integers": {name: references[name] for name in run.outputs("Integer")},
+            "reals": {name: references[name] for name in run.recorded("Real")},
+            "integers": {name: references[name] for name in run.recorded("Integer")},
         }
         try:
             return call_script(__name__, job)

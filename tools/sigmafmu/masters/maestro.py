@@ -41,7 +41,7 @@ class Maestro(Master):
 
     def simulate_file(self, run: Run, path: Path) -> Trajectory:
         """`simulate` with the file `path` as it is."""
-        outputs = [*run.outputs("Real"), *run.outputs("Integer")]
+        outputs = [*run.recorded("Real"), *run.recorded("Integer")]
         source, sink = _connection(run.fmu)
         multi_model = {
             "fmus": {FMU: path.resolve().as_uri()},

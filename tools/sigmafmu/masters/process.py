@@ -48,10 +48,15 @@ def output_of(command: Sequence[str | Path], folder: Path) -> str:
 
 def call_script(module: str, job: dict[str, Any]) -> dict[str, np.ndarray]:
     """Let `python -m module` do `job`; its last lines must call `script(work)`."""
+    return call([sys.executable, "-m", module], job)
+
+
+def call(program: Sequence[str | Path], job: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Let `program FOLDER` do what is in `job.json` of the folder; it writes the arrays of `result.npz` there."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "job.json").write_text(json.dumps(job), encoding="utf-8")
-        output_of([sys.executable, "-m", module, folder], folder)
+        output_of([*program, folder], folder)
         with np.load(folder / "result.npz") as result:
             return dict(result)
 

@@ -1,8 +1,10 @@
+// The implementation of local_coordinates.h for one group and any of its coordinates; a file for each group includes
+// it, since compiling both together takes too much memory.
+#pragma once
+
 #include "integrator/local_coordinates.h"
-
-#include <Eigen/LU>
-
 #include "lie/lgt.h"
+#include "multibody/dense.h"
 
 namespace sigmafmu {
 namespace {
@@ -23,8 +25,9 @@ void write(const Pose& pose, VectorXd& q, int body) {
 
 Vector6d of_body(const VectorXd& x, int body) { return x.segment<6>(kVelocitiesPerBody * body); }
 
-template <class Absolute, class Group>
-class LocalCoordinatesOf final : public LocalCoordinates {
+// All but the absolute coordinates.
+template <class Group>
+class LocalCoordinatesOf : public LocalCoordinates {
   using Part = typename Group::Coupled;  // what follows acts on the last N entries of a body; T = I for the others
   static constexpr int N = Part::kSize;
   static constexpr bool kMixed = N == 3;
@@ -36,12 +39,7 @@ class LocalCoordinatesOf final : public LocalCoordinates {
 
   SIGMAFMU_NOINLINE static PartMatrix P_inverse(double sigma, const PartVector& theta) {
     const PartMatrix P = sigma * PartMatrix::Identity() + (1 - sigma) * Part::tangent(theta);
-    return P.inverse();
-  }
-  // The pose that the absolute coordinates of a pose stand for: the same up to rounding.
-  static Pose represented(const Pose& pose) {
-    if constexpr (std::is_same_v<Absolute, lie::QuaternionPosition>) return pose;
-    return Absolute::pose(Absolute::coordinates(pose));
+    return inverse(P);
   }
 
  public:
@@ -87,25 +85,6 @@ class LocalCoordinatesOf final : public LocalCoordinates {
       for (int i = 0; i < bodies_; ++i) {
         part(jerk, i) = Group::jerk(pose(q, i).quat, of_body(v, i), of_body(vdot, i), of_body(jerk, i));
       }
-    }
-  }
-
-  SIGMAFMU_FLATTEN void compose(const VectorXd& q_n, const VectorXd& theta, VectorXd& q) const override {
-    for (int i = 0; i < bodies_; ++i) {
-      write(represented(Group::product(pose(q_n, i), Group::psi(of_body(theta, i)))), q, i);
-    }
-    if (modes_ > 0) q.tail(modes_) = q_n.tail(modes_) + theta.segment(kVelocitiesPerBody * bodies_, modes_);
-  }
-
-  void store(const VectorXd& q, VectorXd& stored) const override {
-    if constexpr (std::is_same_v<Absolute, lie::QuaternionPosition>) {
-      stored = q;
-    } else {
-      for (int i = 0; i < bodies_; ++i) {
-        const Pose now = represented(pose(q, i));
-        write({now.p, lie::nearest(now.quat, pose(stored, i).quat)}, stored, i);
-      }
-      stored.tail(modes_) = q.tail(modes_);
     }
   }
 
@@ -184,6 +163,9 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     return matrix.factorize(e, start, step, tangents_, f);
   }
 
+ protected:
+  int bodies_, modes_;
+
  private:
   // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of one body, the last V held fixed; theta - c without T in
   // front where c is not transported. With canonical coordinates T(theta) theta = theta.
@@ -237,28 +219,57 @@ class LocalCoordinatesOf final : public LocalCoordinates {
     P_inverse.template topRows<3>() = (R * P_inverse.template topRows<3>()).eval();
   }
 
-  int bodies_, modes_;
   BodyTangents<N> tangents_;
+};
+
+template <class Absolute, class Group>
+class AbsoluteCoordinatesOf final : public LocalCoordinatesOf<Group> {
+  using LocalCoordinatesOf<Group>::bodies_;
+  using LocalCoordinatesOf<Group>::modes_;
+
+  // The pose that the absolute coordinates of a pose stand for: the same up to rounding.
+  static Pose represented(const Pose& pose) {
+    if constexpr (std::is_same_v<Absolute, lie::QuaternionPosition>) return pose;
+    return Absolute::pose(Absolute::coordinates(pose));
+  }
+
+ public:
+  using LocalCoordinatesOf<Group>::LocalCoordinatesOf;
+
+  SIGMAFMU_FLATTEN void compose(const VectorXd& q_n, const VectorXd& theta, VectorXd& q) const override {
+    for (int i = 0; i < bodies_; ++i) {
+      write(represented(Group::product(pose(q_n, i), Group::psi(of_body(theta, i)))), q, i);
+    }
+    if (modes_ > 0) q.tail(modes_) = q_n.tail(modes_) + theta.segment(kVelocitiesPerBody * bodies_, modes_);
+  }
+
+  void store(const VectorXd& q, VectorXd& stored) const override {
+    if constexpr (std::is_same_v<Absolute, lie::QuaternionPosition>) {
+      stored = q;
+    } else {
+      for (int i = 0; i < bodies_; ++i) {
+        const Pose now = represented(pose(q, i));
+        write({now.p, lie::nearest(now.quat, pose(stored, i).quat)}, stored, i);
+      }
+      stored.tail(modes_) = q.tail(modes_);
+    }
+  }
 };
 
 template <class Absolute, template <class> class Group>
 std::unique_ptr<LocalCoordinates> with_map(const System& system, const IntegratorSettings& s) {
-  if (s.is(CoordinateMap::cayley)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley>>>(system);
-  if (s.is(CoordinateMap::cayley2)) return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Cayley2>>>(system);
-  return std::make_unique<LocalCoordinatesOf<Absolute, Group<lie::Exponential>>>(system);
+  if (s.is(CoordinateMap::cayley)) return std::make_unique<AbsoluteCoordinatesOf<Absolute, Group<lie::Cayley>>>(system);
+  if (s.is(CoordinateMap::cayley2)) {
+    return std::make_unique<AbsoluteCoordinatesOf<Absolute, Group<lie::Cayley2>>>(system);
+  }
+  return std::make_unique<AbsoluteCoordinatesOf<Absolute, Group<lie::Exponential>>>(system);
 }
 
-template <class Absolute>
-std::unique_ptr<LocalCoordinates> with_group(const System& system, const IntegratorSettings& s) {
-  if (s.is(LieGroup::se3)) return with_map<Absolute, lie::SE3>(system, s);
-  return with_map<Absolute, lie::R3xSO3>(system, s);
+template <template <class> class Group>
+std::unique_ptr<LocalCoordinates> on_group(const System& system, const IntegratorSettings& s) {
+  if (s.is(AbsoluteCoordinates::rotation_vector)) return with_map<lie::RotationVectorPosition, Group>(system, s);
+  return with_map<lie::QuaternionPosition, Group>(system, s);
 }
 
 }  // namespace
-
-std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& s) {
-  if (s.is(AbsoluteCoordinates::rotation_vector)) return with_group<lie::RotationVectorPosition>(system, s);
-  return with_group<lie::QuaternionPosition>(system, s);
-}
-
 }  // namespace sigmafmu

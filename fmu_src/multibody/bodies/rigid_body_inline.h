@@ -1,0 +1,33 @@
+// Definitions of rigid_body.h, for the few files that use them: compiling them takes longer than all of Eigen's
+// headers.
+#pragma once
+
+#include "lie/isotropic_operator.h"
+#include "multibody/bodies/rigid_body.h"
+
+namespace sigmafmu {
+
+inline Matrix3d inertia_matrix(const RigidBodyDef& d) {
+  Matrix3d J = d.inertia.asDiagonal();
+  J(0, 1) = J(1, 0) = d.inertia_products[0];
+  J(0, 2) = J(2, 0) = d.inertia_products[1];
+  J(1, 2) = J(2, 1) = d.inertia_products[2];
+  return J;
+}
+
+inline Vector6d RigidBody::inertial_force(const BodyKinematics& k, const Vector6d& vdot) const {
+  Vector6d r;
+  r.head<3>() = mass * vdot.head<3>();
+  r.tail<3>() = J * vdot.tail<3>() + k.w_WB_B.cross(J * k.w_WB_B);
+  return r;
+}
+
+inline Matrix3d RigidBody::gyroscopic_damping(const BodyKinematics& k) const {
+  return lie::hat(k.w_WB_B) * J - lie::hat(J * k.w_WB_B);
+}
+
+inline double RigidBody::kinetic_energy(const BodyKinematics& k) const {
+  return 0.5 * (mass * k.v_WB.squaredNorm() + k.w_WB_B.dot(J * k.w_WB_B));
+}
+
+}  // namespace sigmafmu
