@@ -55,7 +55,7 @@ test: build ## run every test
 
 test-masters: build ## run the FMUs in the tools that need Java (skipped where it is missing)
 	@echo "test-masters: Maestro, VDMCheck2"
-	@$(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
+	@SIGMAFMU_TOOLS="$(CURDIR)/build/tools" $(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
 
 release: build ## compile the FMUs' sources for old Linux distributions and for Windows -> dist
 	@echo "release: FMUs with binaries for linux64 (glibc 2.17) and win64 -> dist"

@@ -9,7 +9,7 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 import sigmafmu
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, extras
 from sigmafmu.console import agreed, err, out, progress_bar, show_message, split_setting
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
@@ -18,14 +18,19 @@ from sigmafmu.study.cli import register as register_study
 
 
 class _OneLineErrors(TyperGroup):
-    """Turns an error that is meant for the user into one line and exit code 1."""
+    """Turns an error that is meant for the user, and a package that is not installed, into one line and exit code 1."""
 
     def invoke(self, ctx: typer.Context) -> Any:
         try:
             return super().invoke(ctx)
         except SigmafmuError as error:
-            err.print(f"[red]Error:[/red] {escape(str(error))}", soft_wrap=True)
-            raise typer.Exit(1) from error
+            sentence, cause = str(error), error
+        except ModuleNotFoundError as error:
+            sentence, cause = extras.missing(error.name or "", ctx.invoked_subcommand or ""), error
+            if not sentence:
+                raise
+        err.print(f"[red]Error:[/red] {escape(sentence)}", soft_wrap=True)
+        raise typer.Exit(1) from cause
 
 
 app = typer.Typer(cls=_OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
@@ -104,9 +109,7 @@ def run(
     plot: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Draw here: what matters, or the variables that are named.")
     ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Do not ask before a run of more than ten minutes or 1 GB.")
-    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before a run of over ten minutes or 1 GB.")] = False,
 ) -> None:
     """Simulate a model through FMPy and write or plot its variables."""
     from sigmafmu.estimate import cost
@@ -255,11 +258,17 @@ def compat(
         list[str] | None, typer.Option("--tool", metavar="NAME", help="Only this tool (repeatable); default: all.")
     ] = None,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before tools are downloaded.")] = False,
 ) -> None:
     """Check and simulate every FMU with other people's tools (those of the extra `masters`, and two that need Java)."""
     from sigmafmu import compat as compatibility
 
     models, tools = sigmafmu.models(), compatibility.choose(chosen or ())
+    absent = [tool for tool in tools if tool.download()]
+    if absent and agreed(f"this downloads {', '.join(str(tool.download()) for tool in absent)}", yes):
+        for tool in absent:
+            err.print(f"downloading {tool.download()}", soft_wrap=True)
+            tool.fetch()
     total = len(models) * len(tools)
     with progress_bar(err, "compat", total, unit="checks") as move_to:
         done = iter(range(1, total + 1))

@@ -49,7 +49,7 @@ def cost(
     variables: Iterable[str],
     output: Path | None,
 ) -> Cost:
-    """What a run with these arguments costs; `output` is its CSV file. Raises SigmafmuError if the disk is too small."""
+    """What a run with these arguments costs; raises SigmafmuError if the disk has no room for its CSV file `output`."""
     steps = communication_steps(fmu, stop_time, step_size)
     end, H = sum(steps[-1]), steps[0][1]
     chosen = {variable.name: value for variable, value in parse_settings(fmu, settings)}
@@ -59,21 +59,23 @@ def cost(
         return Cost(0.0, 0.0)
 
     moments: list[float] = []
-    with tempfile.TemporaryDirectory() as folder, CsvWriter(Path(folder) / "trial.csv") as writer:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "trial.csv"
         try:
-            result = simulate(
-                fmu,
-                stop_time=trial,
-                step_size=min(H, trial),
-                settings=settings,
-                variables=variables,
-                on_rows=writer.write if output else None,
-                on_time=lambda _: moments.append(perf_counter()),
-            )
+            with CsvWriter(file) as writer:
+                result = simulate(
+                    fmu,
+                    stop_time=trial,
+                    step_size=min(H, trial),
+                    settings=settings,
+                    variables=variables,
+                    on_rows=writer.write if output else None,
+                    on_time=lambda _: moments.append(perf_counter()),
+                )
         except SimulationError:
             return Cost(0.0, 0.0)  # the run itself will say why
         seconds = max(result.statistics.wall_time, perf_counter() - moments[0])
-        size = (writer.path.stat().st_size / writer.rows) * (len(steps) + 1) if output else 0.0
+        size = file.stat().st_size / writer.rows * (len(steps) + 1) if output else 0.0
     found = Cost(seconds * end / trial, size)
     if output and size > (free := shutil.disk_usage(output.absolute().parent).free):
         raise SigmafmuError(f"{output} would take {size / 1e9:.2g} GB, and {free / 1e9:.2g} GB are free there")

@@ -167,12 +167,7 @@ def _allowed(v: ModelVariable) -> str:
     if v.type == "Enumeration":
         return ", ".join(item.name for item in v.declaredType.items)
     low, high = v.min, v.max
+    space = "\N{NO-BREAK SPACE}"
     if low is not None and high is not None:
-        return f"{_short(low)}\N{NO-BREAK SPACE}…\N{NO-BREAK SPACE}{_short(high)}"
-    return (
-        f"≥\N{NO-BREAK SPACE}{_short(low)}"
-        if low is not None
-        else f"≤\N{NO-BREAK SPACE}{_short(high)}"
-        if high is not None
-        else ""
-    )
+        return f"{_short(low)}{space}…{space}{_short(high)}"
+    return f"≥{space}{_short(low)}" if low is not None else f"≤{space}{_short(high)}" if high is not None else ""

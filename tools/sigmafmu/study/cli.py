@@ -40,14 +40,11 @@ def study(
 
     Work that is done already is not done again: an interrupted study goes on where it was.
     """
-    try:
-        from sigmafmu.reference import FLEXIBLE_MODELS
-        from sigmafmu.reference.exudyn_models import load_exudyn
-        from sigmafmu.study import CHAPTERS, FLEXIBLE_CHAPTERS, LGT_CHAPTERS, load, orderings, runner
+    from sigmafmu.reference import FLEXIBLE_MODELS
+    from sigmafmu.reference.exudyn_models import load_exudyn
+    from sigmafmu.study import CHAPTERS, FLEXIBLE_CHAPTERS, LGT_CHAPTERS, load, orderings, runner
 
-        load_exudyn()
-    except ModuleNotFoundError as error:
-        raise SigmafmuError("the study needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
+    load_exudyn()
     known = {"lgt": LGT_CHAPTERS, "flexible": FLEXIBLE_CHAPTERS}.get(subject.value, CHAPTERS)
     for name in chapter or ():
         if name not in known:
