@@ -14,6 +14,7 @@ from sigmafmu.console import agreed, err, out, progress_bar, show_message, split
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.modes.cli import register as register_modes
+from sigmafmu.sigma_cli import register as register_sigma
 from sigmafmu.study.cli import register as register_study
 
 
@@ -292,6 +293,7 @@ register_loop(app)
 register_coupling(app)
 register_modes(app)
 register_study(app)
+register_sigma(app)
 
 if __name__ == "__main__":
     sys.exit(app())
