@@ -34,6 +34,9 @@ def study(
     chapter: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Only this chapter (repeatable); default: all.")
     ] = None,
+    redraw: Annotated[
+        bool, typer.Option("--redraw", help="Run nothing: draw figures anew from the CSV files that are in DIR.")
+    ] = False,
     workers: Annotated[int, typer.Option(min=1, help="Processes that work side by side.")] = 2,
 ) -> None:
     """Measure the integrator beside the σ paper and Exudyn: CSV, figures, README.md (needs the extra `reference`).
@@ -50,6 +53,10 @@ def study(
         if name not in known:
             raise SigmafmuError(f"there is no chapter {name}; there are {', '.join(known)}")
     chapters = load(tuple(name for name in known if not chapter or name in chapter))
+    if redraw:
+        for path in (path for c in chapters if hasattr(c, "redraw") for path in c.redraw(output)):
+            out.print(f"wrote {path}", soft_wrap=True)
+        return
     every = [*MECHANISMS.values(), *FLEXIBLE_MODELS]
     mechanisms = [MECHANISMS[subject.value]] if subject.value in MECHANISMS else every
     work = runner.jobs(chapters, mechanisms, quick)
