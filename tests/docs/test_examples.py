@@ -86,27 +86,6 @@ def parse(command: str) -> None:
     found.make_context(name, words)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """Function that gives every page its folder, with the files that its examples read."""
-    folders: dict[str, Path] = {}
-
-    def of(page: str) -> Path:
-        if page not in folders:
-            folders[page] = tmp_path_factory.mktemp(Path(page).stem)
-            if page == "modes.md":
-                _finite_elements(folders[page])
-        return folders[page]
-
-    return of
-
-
-@pytest.fixture(scope="module")
-def namespaces():
-    """The variables of each page's Python blocks."""
-    return {}
-
-
 def _finite_elements(folder: Path) -> None:
     """A bar of 459 nodes with nine in each end section, as the example has it."""
     K, M, X = hexahedra((1.0, 0.02, 0.02), (50, 2, 2), 210e9, 0.3, 7850.0)
@@ -127,9 +106,26 @@ def run_command(command: str) -> None:
                 assert Path(name).read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("block", [pytest.param(b, id=b.name) for b in ALL if is_shell(b)])
-def test_shell(block, folder, monkeypatch):
-    monkeypatch.chdir(folder(block.page))
+@pytest.mark.parametrize("page", sorted({b.page for b in ALL}))
+def test_examples_of(page, tmp_path, monkeypatch):
+    """In order: a block may use what one before it has made."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    if page == "modes.md":
+        _finite_elements(tmp_path)
+    variables = {"__name__": "__main__"}
+    for block in ALL:
+        if block.page != page or is_no_example(block):
+            continue
+        if is_shell(block):
+            run_shell(block)
+        elif file := re.match(r"# (\w+\.py)\n", block.text):
+            Path(file[1]).write_text(block.text, encoding="utf-8")
+        else:
+            exec(compile(block.text, block.name, "exec"), variables)
+
+
+def run_shell(block: Block) -> None:
     for command in command_lines(block):
         if command.startswith("make"):
             target = command.split()[1]
@@ -139,22 +135,7 @@ def test_shell(block, folder, monkeypatch):
             if not reason_not_to_run(command):
                 run_command(command)
         else:
-            assert reason_not_to_run(command), f"{command} is neither run nor excused"
-
-
-@pytest.mark.parametrize("block", [pytest.param(b, id=b.name) for b in ALL if b.language == "python"])
-def test_python(block, folder, namespaces, monkeypatch):
-    """A block that begins with `# name.py` is that file."""
-    if is_no_example(block):
-        pytest.skip(next(why for start, why in NO_EXAMPLES.items() if start in block.text[:120]))
-    monkeypatch.chdir(folder(block.page))
-    file = re.match(r"# (\w+\.py)\n", block.text)
-    if file:
-        Path(file[1]).write_text(block.text, encoding="utf-8")
-        return
-    monkeypatch.syspath_prepend(Path.cwd())
-    namespace = namespaces.setdefault(block.page, {"__name__": "__main__"})
-    exec(compile(block.text, block.name, "exec"), namespace)
+            assert reason_not_to_run(command), f"{block.name}: {command} is neither run nor excused"
 
 
 def test_nothing_is_left_out():
