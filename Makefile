@@ -10,8 +10,8 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 # What pip and Ninja print, cut down to a line for each package and each compiled file; the whole is in the log.
 SHELL       := bash
 .SHELLFLAGS := -o pipefail -c
-PACKAGES    := $(if $(V),cat,sed -u -n -e 's/^ *Downloading \([^ ]*\.whl\)\( (.*)\)\{0,1\}/  download \1\2/p' \
-               -e 's/^ *Using cached \([^ ]*\.whl\).*/  cached   \1/p' -e 's/^Installing collected packages.*/  installing/p')
+PACKAGES    := $(if $(V),cat,sed -u -n -e 's/^ *Downloading \([^ ]*\.whl\)\( (.*)\)\{0,1\}$$/  download \1\2/p' \
+               -e 's/^ *Using cached \([^ ]*\.whl\) .*/  cached   \1/p' -e 's/^Installing collected packages.*/  installing/p')
 STEPS       := $(if $(V),cat,sed -u -n -E -e 's/^ *(\[[0-9]+\/[0-9]+\]) (Building [A-Z]+ object (CMakeFiles\/[^\/]+\.dir\/)?|Linking [A-Z]+ [a-z ]+ )/  \1 /p' \
                -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing) .*)/  \1/p')
 SAVED        = 2>&1 | tee $(LOG)

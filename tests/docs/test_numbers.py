@@ -288,6 +288,16 @@ def test_speed_of_index3_in_readme():
     assert 0.4 < us["index3"] / us["stabilizedIndex2"] < 0.6
 
 
+def test_disk_space_of_the_setup():
+    """Of the folder that `make setup` fills, if this is one."""
+    venv = ROOT / ".venv"
+    if not (venv / ".setup").exists():
+        pytest.skip("no private environment")
+    (claimed,) = re.findall(r"([\d.]+) GB in `\.venv`", prose("README.md"))
+    used = sum(path.lstat().st_blocks for path in venv.rglob("*") if not path.is_dir()) * 512
+    assert used / 1e9 == pytest.approx(float(claimed), abs=0.15)
+
+
 @pytest.mark.parametrize("model", ["HeavyTop", "HighSpeedRotor", "SliderCrank", "FlexiblePendulum", "SpinUpBeam"])
 def test_default_step_in_readme(fmu, model):
     (row,) = markdown_rows("README.md", f"`{model}` |")

@@ -325,7 +325,7 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
         drawn = error > 1e-6 * error.max()  # not the start, where both are the same but for rounding
         axes.semilogy(time, np.where(drawn, error, np.nan), color=COLORS[1])
         stated = float(reference.stated_position_error.split()[0])
-        axes.axhline(stated, color=COLORS[5], linestyle="--", linewidth=1, label="error of the reference")
+        axes.axhline(stated, color=COLORS[5], linestyle="--", linewidth=1, label="the reference's")
         _finish(axes, f"Error of {name}", "m", legend=1)
         return
     _residuals(axes, result)
