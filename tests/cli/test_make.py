@@ -1,5 +1,6 @@
 """What `make setup` and `make build` show: a line for each package and compiled file, and the end of what failed."""
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -29,7 +30,8 @@ pytestmark = pytest.mark.skipif(not shutil.which("make") or not shutil.which("ba
 
 def make(recipe: str, text: str = "", *options: str) -> subprocess.CompletedProcess:
     command = ["make", "--no-print-directory", "-C", str(ROOT), f"--eval=check:\n\t@{recipe}", *options, "check"]
-    return subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    environment = {name: value for name, value in os.environ.items() if "MAKE" not in name and name != "V"}
+    return subprocess.run(command, input=text, env=environment, capture_output=True, text=True, check=False)
 
 
 def test_a_line_for_each_package():
