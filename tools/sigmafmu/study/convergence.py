@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Polygon
 from scipy.optimize import minimize_scalar
 
 from sigmafmu.markdown import markdown_table
 from sigmafmu.measure import FORMULATION_NAMES
 from sigmafmu.plots import COLORS
-from sigmafmu.study import cases, runs
+from sigmafmu.study import cases, runs, slopes
 from sigmafmu.study.cases import CASES, CORRECTORS, PEER_SCHEMES, PEERS, SIGMAS, Case
 from sigmafmu.study.chapter import Cell, Results
 from sigmafmu.study.output import figure, write_csv
@@ -210,23 +209,12 @@ def _draw_curve(axes: Axes, curve: Curve, error: str) -> Any:
 
 def _draw_triangles(axes: Axes, curves: list[Curve], error: str) -> None:
     """Slope 2 above all curves; below the lowest one the order that it shows, if that is a whole number above 2."""
-    right, left = curves[0].steps[-3:-1] if len(curves[0].steps) > 2 else curves[0].steps[-2:]
-    values = np.array([c.values(error)[-3:] for c in curves])
-    if np.isfinite(values).any():
-        top = 2.5 * np.nanmax(values)
-        _triangle(axes, [(left, top), (right, top * (right / left) ** 2), (left, top * (right / left) ** 2)], 2)
+    steps = curves[0].steps
+    slopes.above(axes, steps, [c.values(error) for c in curves], 2)
     best = min(curves, key=lambda c: np.nan_to_num(c.values(error)[-1], nan=np.inf))
     order = best.order(error)
     if np.isfinite(order) and round(order) > 2 and abs(order - round(order)) < 0.1:
-        foot = 0.5 * best.values(error)[-2]
-        corner = (right, foot)
-        _triangle(axes, [(left, foot), corner, (right, foot * (right / left) ** round(order))], round(order))
-
-
-def _triangle(axes: Axes, corners: list[tuple[float, float]], slope: int) -> None:
-    axes.add_patch(Polygon(corners, closed=True, fill=False, edgecolor="0.35", linewidth=0.9))
-    x, y = np.exp(np.log(corners).mean(axis=0))
-    axes.annotate(f"{slope}", (x, y), fontsize=7, ha="center", va="center", color="0.2")
+        slopes.below(axes, steps, best.values(error), round(order))
 
 
 def _table(case: Case, curves: list[Curve]) -> str:
