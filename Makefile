@@ -1,4 +1,4 @@
-# Everything runs in the private environment .venv: needs python3 >= 3.10 with venv, g++ >= 11, make and git.
+# Everything runs in the private environment .venv: needs python3 >= 3.10 with venv, g++ >= 11, bash, make and git.
 # `make V=1 …` shows all of the compiler's and pip's output, `make test PYTEST_ARGS="-k heavy"` passes options to pytest.
 
 PYTHON ?= python3

@@ -278,6 +278,20 @@ def test_newton_iterations_of_the_first_page():
     ) in prose("study.md")
 
 
+def test_sigma_and_bending():
+    """σ = 1 beside geom1 with the smallest step, modal coordinates and angular velocities: "0.6 % or less" on two pages."""
+    changes = []
+    for mechanism in ("FlexiblePendulum", "FlexibleSliderCrank", "SpinUpBeam"):
+        rows = [r for r in table(f"flexible_accuracy_{mechanism}") if r["code"] == "sigmafmu"]
+        smallest = {r["method"]: r for r in rows}  # steps fall
+        for formulation in ("index 3", "index 2", "stabilized index 2"):
+            ours, geom1 = (smallest[f"{formulation}, {name}"] for name in ("σ = 1", "geom1 (σ = 0)"))
+            changes += [abs(float(ours[q]) / float(geom1[q]) - 1) for q in ("modal", "angularVelocity")]
+    sentence = f"change by {100 * max(changes):.1f} % or less"
+    assert sentence in prose("study.md")
+    assert f"modal coordinates and angular velocities by {100 * max(changes):.1f} % or less" in prose("flexible.md")
+
+
 def test_speed_of_index3_in_readme():
     """About half on the slider-crank: docs/speed.md, which `sigmafmu bench` writes."""
     rows = {label: float(us) for label, us, *_ in markdown_rows("speed.md", "FMU, ")}

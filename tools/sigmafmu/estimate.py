@@ -53,7 +53,7 @@ def cost(
     steps = communication_steps(fmu, stop_time, step_size)
     end, H = sum(steps[-1]), steps[0][1]
     chosen = {variable.name: value for variable, value in parse_settings(fmu, settings)}
-    h = float(chosen.get(STEP_SIZE, fmu.variables[STEP_SIZE].start))
+    h = float(chosen.get(STEP_SIZE, fmu.variables[STEP_SIZE].start if STEP_SIZE in fmu.variables else H))
     trial = TRIAL_STEPS * min(H, h)
     if end < trial * LONG / TRIAL_STEPS:
         return Cost(0.0, 0.0)
