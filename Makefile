@@ -1,11 +1,21 @@
-# Everything runs in the private environment .venv: needs python3 >= 3.10 with venv, g++ >= 11, make and git.
-# `make V=1 …` shows the compiler's and pip's output, `make test PYTEST_ARGS="-k heavy"` passes options to pytest.
+# Everything runs in the private environment .venv: needs python3 >= 3.10 with venv, g++ >= 11, bash, make and git.
+# `make V=1 …` shows all of the compiler's and pip's output, `make test PYTEST_ARGS="-k heavy"` passes options to pytest.
 
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 BUILD  := build/release
-PIP    := $(BIN)/python -m pip $(if $(V),-v,-q) --disable-pip-version-check
+PIP    := $(BIN)/python -m pip --disable-pip-version-check
+
+# What pip and Ninja print, cut down to a line for each package and each compiled file; the whole is in the log.
+SHELL       := bash
+.SHELLFLAGS := -o pipefail -c
+PACKAGES    := $(if $(V),cat,sed -u -n -e 's/^ *Downloading \([^ ]*\.whl\)\( (.*)\)\{0,1\}$$/  download \1\2/p' \
+               -e 's/^ *Using cached \([^ ]*\.whl\) .*/  cached   \1/p' -e 's/^Installing collected packages.*/  installing/p')
+STEPS       := $(if $(V),cat,sed -u -n -E -e 's/^ *(\[[0-9]+\/[0-9]+\]) (Building [A-Z]+ object (CMakeFiles\/[^\/]+\.dir\/)?|Linking [A-Z]+ [a-z ]+ )/  \1 /p' \
+               -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing) .*)/  \1/p')
+SAVED        = 2>&1 | tee $(LOG)
+OR_TELL      = || { tail -n 40 $(LOG); echo "failed; $(LOG) has all of it"; exit 1; }
 
 # Stamps: a step runs again only when something it reads has changed.
 SETUP := $(VENV)/.setup
@@ -31,18 +41,21 @@ help: ## print the targets
 setup: $(SETUP) ## make the private environment .venv
 build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python package into .venv
 
+$(SETUP): LOG := build/setup.log
 $(SETUP): pyproject.toml tools/requirements.py
-	@echo "setup: private environment $(VENV) (packages from PyPI)"
+	@echo "setup: private environment $(VENV) (packages from PyPI, 0.7 GB)"
+	@mkdir -p build
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@$(PIP) install --upgrade pip
+	@$(PIP) install -q --upgrade pip
 	@$(BIN)/python tools/requirements.py > $(VENV)/requirements.txt
-	@$(PIP) install -r $(VENV)/requirements.txt
+	@$(PIP) install -r $(VENV)/requirements.txt $(SAVED) | $(PACKAGES) $(OR_TELL)
 	@touch $@
 
+$(BUILT): LOG := build/build.log
 $(BUILT): $(SETUP) $(SOURCES)
-	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV)"
-	@$(IN_VENV) $(PIP) install --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
-	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) .
+	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV) (minutes the first time)"
+	@$(IN_VENV) $(PIP) install -v --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
+	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) . $(SAVED) | $(STEPS) $(OR_TELL)
 	@touch $@
 
 demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/
@@ -55,11 +68,11 @@ test: build ## run every test
 
 test-masters: build ## run the FMUs in the tools that need Java (skipped where it is missing)
 	@echo "test-masters: Maestro, VDMCheck2"
-	@$(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
+	@SIGMAFMU_TOOLS="$(CURDIR)/build/tools" $(BIN)/python -m pytest -m heavy tests/masters $(PYTEST_ARGS)
 
 release: build ## compile the FMUs' sources for old Linux distributions and for Windows -> dist
 	@echo "release: FMUs with binaries for linux64 (glibc 2.17) and win64 -> dist"
-	@$(PIP) install --group release
+	@$(PIP) install -q --group release
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/release.py $(BUILD)/fmus dist
 
 test-release: release ## run the tests of the released FMUs

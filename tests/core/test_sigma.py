@@ -10,18 +10,15 @@ import pytest
 from hypothesis import strategies as st
 
 from sigmafmu import _core
+from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma, unsymmetric_sigma
 from sigmafmu.study.sigma import (
     axis_error,
-    coefficients,
     exact_axis,
     gyro_time,
     gyroscope,
     momentum_error,
     nutating,
-    nutation_sigma,
     precessing,
-    precession_sigma,
-    unsymmetric_sigma,
 )
 
 from .helpers import (

@@ -127,6 +127,68 @@ def test_documentation_quotes_the_description_of_the_mechanism(tree, model):
         assert " ".join(words) in " ".join(told)
 
 
+def test_documentation_says_what_is_true_of_this_mechanism(tree, described):
+    names = [v.get("name") for v in variables(described)]
+    flexible = sorted({name.partition(".")[0] for name in names if name.endswith(".modal[1]")})
+    joints = any(name.endswith(".reactionForce[1]") for name in names)
+    text = " ".join(pages(tree)[tree / "documentation" / "index.html"].text.split())
+    assert ("Bodies are rigid." in text) == (not flexible)
+    assert ("modal coordinates of a flexible body" in text) == bool(flexible)
+    for body in flexible:
+        assert f"{body} bends a little: linear modes" in text
+    assert ("There are no joints." in text) == (not joints)
+    assert ("joints hold in positions" in text) == joints
+    assert "With integrator.method = rkmk54" in text
+    assert "the internal step adapts to the error." in text
+    assert ("integrator.stepControl = error" in text) == ("integrator.stepControl" in names)
+
+
+class Loose(HTMLParser):
+    """Text that a browser may break: outside listings, code and what is kept together."""
+
+    def __init__(self, html: str):
+        super().__init__(convert_charrefs=True)
+        self.kept: list[bool] = []
+        self.text = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.kept.append(tag in {"pre", "code", "style", "title"} or ("class", "nb") in attrs)
+
+    def handle_endtag(self, tag):
+        self.kept.pop()
+
+    def handle_data(self, data):
+        if not any(self.kept):
+            self.text += data
+
+
+def test_no_number_of_the_documentation_breaks(tree):
+    for path in (tree / "documentation").glob("*.html"):
+        text = Loose(path.read_text(encoding="utf-8")).text
+        pattern = r"\d (?:m|mm|s|kg|N|J|Hz|rad|rpm|rad/s|m/s|kg m²)\b|\de[-−]\d|\d \d{3}\b"
+        assert re.findall(pattern, text) == [], path.name
+    assert "overflow-wrap: anywhere" not in (tree / "documentation" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("turns at 200 000 rpm", ["200 000 rpm"]),
+        ("J = 0.23 kg m² and 1e-4 s", ["0.23 kg m²", "1e-4 s"]),
+        ("2000 kg/m³ at −0.11", ["2000 kg/m³", "−0.11"]),
+        ("2 bodies, FMI 2.0", []),
+        ("<pre>h = 1e-4 s</pre>", []),
+        ('<a href="#1 s">x2 s</a>', []),
+    ],
+)
+def test_numbers_keep_their_units(numbers_in_text, text, kept):
+    html = numbers_in_text.keep_together(text)
+    assert re.findall('<span class="nb">(.*?)</span>', html) == kept
+    assert re.sub('<span class="nb">(.*?)</span>', r"\1", html) == text
+
+
 def test_images_are_the_committed_ones(tree, model):
     images = ROOT / "models" / "images"
     for committed, packed in (
@@ -157,13 +219,23 @@ def test_benchmark_mechanisms_have_everything(models):
             assert (ROOT / "models" / "images" / f"{reference.stem}{suffix}").is_file()
 
 
-@pytest.fixture(scope="module")
-def markdown() -> ModuleType:
-    """What the build makes of the files in docs/."""
-    spec = importlib.util.spec_from_file_location("fmu_markdown", ROOT / "tools" / "fmu_contents" / "markdown.py")
+def tool(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"fmu_{name}", ROOT / "tools" / "fmu_contents" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def markdown() -> ModuleType:
+    """What the build makes of the files in docs/."""
+    return tool("markdown")
+
+
+@pytest.fixture(scope="module")
+def numbers_in_text() -> ModuleType:
+    """What keeps numbers and units together."""
+    return tool("numbers_in_text")
 
 
 def test_links_to_other_files_of_docs_become_text(markdown):

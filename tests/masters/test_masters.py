@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from sigmafmu import SigmafmuError, compat
 from sigmafmu.cli import app
 from sigmafmu.compat import PARAMETERS, standard_run
-from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, comparable, largest_difference, tools
+from sigmafmu.masters import Master, Run, Tool, ToolError, Validator, comparable, java, largest_difference, tools
 from sigmafmu.masters.fmi_sim import FmiSim
 from sigmafmu.masters.fmpy import FmpyMaster
 from sigmafmu.masters.gemseo import PYTHON_VARIABLE, Gemseo
@@ -36,8 +36,8 @@ def each(chosen: list[Tool]) -> pytest.MarkDecorator:
 
 
 def need(tool: Tool) -> None:
-    reason = tool.missing()
-    if reason:
+    tool.fetch()
+    if reason := tool.missing():
         pytest.skip(f"{tool.name}: {reason}")
 
 
@@ -269,6 +269,29 @@ def test_java_tools_say_what_is_missing(tmp_path, monkeypatch):
     assert "Maven (mvn) is not installed" in Maestro().missing()
     monkeypatch.setattr(shutil, "which", lambda program: None)
     assert Maestro().missing() == "Java is not installed"
+
+
+def test_nothing_is_downloaded_without_consent(tmp_path, monkeypatch):
+    """Without a terminal and --yes the answer is no; with --yes Maven is asked for what is missing, once."""
+    commands = []
+
+    def maven(command, folder):
+        commands.append(command)
+        raise ProcessError("mvn", "failed", "no route to host")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv(CACHE_VARIABLE, raising=False)
+    monkeypatch.setattr(shutil, "which", lambda program: program)
+    monkeypatch.setattr(java, "output_of", maven)
+    monkeypatch.setattr(java, "failures", {})
+    assert java.cache() == tmp_path / "sigmafmu" / "tools"
+    assert "64 MB" in Maestro().download()
+    result = CliRunner().invoke(app, ["compat", "--tool", "maestro"], catch_exceptions=False)
+    assert "--yes" in result.stdout
+    assert commands == []
+    CliRunner().invoke(app, ["compat", "--tool", "maestro", "--yes"], catch_exceptions=False)
+    assert len(commands) == 1
+    assert "no route to host" in Maestro().missing()
 
 
 def test_unknown_tool_names_the_known_ones():

@@ -78,6 +78,10 @@ class Description:
             owners.setdefault(variable.owner, []).append(variable)
         return [Group(owner, _kind(owner, variables), variables) for owner, variables in owners.items()]
 
+    def owners(self, *kinds: str) -> list[str]:
+        """Names of all objects of these kinds."""
+        return [group.owner for group in self.groups if group.kind in kinds]
+
 
 def _kind(owner: str, variables: list[Variable]) -> str:
     vectors = {v.vector for v in variables}

@@ -9,6 +9,7 @@ import markdown
 from description import Description, Variable
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
+from numbers_in_text import keep_together
 from reference import FOLDER, SAFETY, Experiment
 
 HERE = Path(__file__).parent
@@ -21,6 +22,7 @@ TITLES = {
     "support": "Support",
     "station": "Point",
 }
+JOINTS = ("revolute", "prismatic", "joint")
 
 
 def write(description: Description, experiment: Experiment | None, root: Path, out: Path) -> None:
@@ -46,22 +48,25 @@ def write(description: Description, experiment: Experiment | None, root: Path, o
         "figure": figure.name if figure.exists() else None,
         "ls_ref": FOLDER.as_posix(),
         "safety": SAFETY,
+        "flexible": description.owners("flexible"),
+        "joints": description.owners(*JOINTS),
     }
     index = environment.get_template("index.html.j2").render(
         facts,
         frames=_html(markdown.preamble(mechanisms)),
         mechanism=_html(markdown.section(mechanisms, description.model) or ""),
         master=_html(fmi.partition("\n")[2]),
+        limits=Markup(" ").join(_limits(description)),
         failing=_html(_section(method, "When a step fails")),
         formulations=_html(_section(method, "What to expect of the formulations")),
         tables=[
             (_title(g.owner, g.kind), _anchor(g.owner), _rows(description, g.variables)) for g in description.groups
         ],
     )
-    (folder / "index.html").write_text(index, encoding="utf-8")
+    (folder / "index.html").write_text(keep_together(index), encoding="utf-8")
     if experiment:
         page = environment.get_template("fmi-ls-ref.html.j2").render(facts)
-        (folder / "fmi-ls-ref.html").write_text(page, encoding="utf-8")
+        (folder / "fmi-ls-ref.html").write_text(keep_together(page), encoding="utf-8")
 
 
 def _read(path: Path) -> str:
@@ -70,6 +75,38 @@ def _read(path: Path) -> str:
 
 def _html(text: str) -> Markup:
     return Markup(markdown.html(text))
+
+
+def _limits(description: Description) -> list[Markup]:
+    """Sentences about what a model of this mechanism leaves out, and when its internal step changes."""
+    flexible, joints, supports = (description.owners(*kinds) for kinds in (("flexible",), JOINTS, ("support",)))
+    if flexible:
+        names = Markup(" and ").join(Markup("<code>{}</code>").format(name) for name in flexible)
+        others = "every other body is rigid" if description.owners("body") else "there is no rigid body"
+        bends = "bends" if len(flexible) == 1 else "bend"
+        how = "linear modes, without the stiffening of a body that turns fast or bends far"
+        sentences = [names + f" {bends} a little: {how}; {others}."]
+    else:
+        sentences = ["Bodies are rigid."]
+    if joints:
+        sentences += [
+            "Joints are ideal: no friction, no play, no stops.",
+            "The initial state must be near one that can be assembled, else initialization fails.",
+        ]
+    else:
+        sentences.append("There are no joints.")
+    parts = [name for name, owners in (("joints", joints), ("supports", supports)) if owners]
+    if parts:
+        sentences.append(f"The geometry of {' and '.join(parts)} is fixed.")
+    sentences.append("There is no contact and no event.")
+    adapting = [Markup("<code>integrator.method = rkmk54</code>")]
+    if any(v.name == "integrator.stepControl" for v in description.variables):
+        adapting.append(Markup("<code>integrator.stepControl = error</code>"))
+    sentences += [
+        Markup("With ") + Markup(" or ").join(adapting) + " the internal step adapts to the error.",
+        Markup("Else it is as long as <code>integrator.stepSize</code> allows, and shorter only where a step fails."),
+    ]
+    return [Markup(sentence) for sentence in sentences]
 
 
 def _section(text: str, title: str) -> str:

@@ -9,27 +9,36 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 import sigmafmu
-from sigmafmu import SigmafmuError
-from sigmafmu.console import err, out, progress_bar, show_message, split_setting
+from sigmafmu import SigmafmuError, extras
+from sigmafmu.console import agreed, err, out, progress_bar, show_message, split_setting
 from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.modes.cli import register as register_modes
+from sigmafmu.sigma_cli import register as register_sigma
 from sigmafmu.study.cli import register as register_study
 
 
 class _OneLineErrors(TyperGroup):
-    """Turns an error that is meant for the user into one line and exit code 1."""
+    """Turns an error that is meant for the user, and a package that is not installed, into one line and exit code 1."""
 
     def invoke(self, ctx: typer.Context) -> Any:
         try:
             return super().invoke(ctx)
         except SigmafmuError as error:
-            err.print(f"[red]Error:[/red] {escape(str(error))}", soft_wrap=True)
-            raise typer.Exit(1) from error
+            sentence, cause = str(error), error
+        except ModuleNotFoundError as error:
+            sentence, cause = extras.missing(error.name or "", ctx.invoked_subcommand or ""), error
+            if not sentence:
+                raise
+        err.print(f"[red]Error:[/red] {escape(sentence)}", soft_wrap=True)
+        raise typer.Exit(1) from cause
 
 
 app = typer.Typer(cls=_OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
+
+PLOTTED_ROWS = 20_000
+"""A figure shows no more; a longer run is written row by row and thinned out for the figure."""
 
 ModelName = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]
 
@@ -68,22 +77,23 @@ def path(model: ModelName) -> None:
     typer.echo(sigmafmu.fmu_path(model))
 
 
-@app.command(epilog="Example: sigmafmu info SliderCrank --all | less")
+@app.command(epilog="Example: sigmafmu info SliderCrank --all --descriptions | less")
 def info(
     model: ModelName,
     every: Annotated[bool, typer.Option("--all", help="One line for every scalar variable.")] = False,
+    descriptions: Annotated[bool, typer.Option("--descriptions", "-v", help="Tell what each variable means.")] = False,
 ) -> None:
     """Describe a model: capabilities, parameters, integrator settings, inputs and outputs."""
     from sigmafmu.fmu import Fmu
     from sigmafmu.info import every_variable, summary
 
     fmu = Fmu.of_model(model)
-    out.print(every_variable(fmu) if every else summary(fmu))
+    out.print((every_variable if every else summary)(fmu, descriptions))
 
 
 @app.command(
-    epilog="Example: sigmafmu run HeavyTop --stop-time 2 --set integrator.sigma=1.6 "
-    "--set integrator.formulation=index3 --set gravity=0,0,-1.62 --output out.csv --plot out.png"
+    epilog="Example: sigmafmu run HeavyTop --stop-time 2 --set integrator.formulation=index3 "
+    "--set integrator.sigma=1.6 --set gravity=0,0,-1.62 --output out.csv --plot out.png"
 )
 def run(
     model: ModelName,
@@ -98,25 +108,37 @@ def run(
         typer.Option(metavar="PATTERN", help="Record only these, e.g. 'top.*' (repeatable); default: all outputs."),
     ] = None,
     output: Annotated[Path | None, typer.Option(metavar="CSV", help="Write the recorded variables here.")] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the recorded variables here.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Draw here: what matters, or the variables that are named.")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before a run of over ten minutes or 1 GB.")] = False,
 ) -> None:
     """Simulate a model through FMPy and write or plot its variables."""
+    from sigmafmu.estimate import cost
     from sigmafmu.fmu import Fmu
+    from sigmafmu.result import CsvWriter
     from sigmafmu.simulate import SimulationError, communication_steps, simulate
 
     for file in (output, plot):
         if file and not file.absolute().parent.is_dir():
             raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
-    fmu = Fmu.of_model(model)
+    fmu, values, names = Fmu.of_model(model), dict(split_setting(s) for s in settings or ()), variables or ()
+    expected = cost(fmu, stop_time, step_size, values, names, output)
+    if expected.is_large and not agreed(f"this run takes {expected}", yes):
+        raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")
+    steps = communication_steps(fmu, stop_time, step_size)
+    keep_every = -(-len(steps) // PLOTTED_ROWS)
     failure = None
-    with progress_bar(err, model, sum(communication_steps(fmu, stop_time, step_size)[-1])) as move_to:
+    with progress_bar(err, model, sum(steps[-1])) as move_to, CsvWriter(output or Path()) as writer:
         try:
             result = simulate(
                 fmu,
                 stop_time=stop_time,
                 step_size=step_size,
-                settings=dict(split_setting(s) for s in settings or ()),
-                variables=variables or (),
+                settings=values,
+                variables=names,
+                keep_every=keep_every,
+                on_rows=writer.write if output else None,
                 on_time=move_to,
                 on_message=show_message,
             )
@@ -125,13 +147,13 @@ def run(
     if result:
         out.print(result.summary(), soft_wrap=True)
         if output:
-            result.write_csv(output)
-            out.print(f"wrote {output} ({len(result.time)} rows, {len(result.names)} variables)", soft_wrap=True)
+            out.print(f"wrote {output} ({writer.rows} rows, {len(result.names)} variables)", soft_wrap=True)
         if plot:
             from sigmafmu.plots import plot as draw
 
-            draw(result, plot)
-            out.print(f"wrote {plot}", soft_wrap=True)
+            draw(result, plot, named=bool(names))
+            thinned = f" (every {keep_every}th row)" if keep_every > 1 else ""
+            out.print(f"wrote {plot}{thinned}", soft_wrap=True)
     if failure:
         raise failure
 
@@ -204,11 +226,17 @@ def compat(
         list[str] | None, typer.Option("--tool", metavar="NAME", help="Only this tool (repeatable); default: all.")
     ] = None,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before tools are downloaded.")] = False,
 ) -> None:
     """Check and simulate every FMU with other people's tools (those of the extra `masters`, and two that need Java)."""
     from sigmafmu import compat as compatibility
 
     models, tools = sigmafmu.models(), compatibility.choose(chosen or ())
+    absent = [tool for tool in tools if tool.download()]
+    if absent and agreed(f"this downloads {', '.join(str(tool.download()) for tool in absent)}", yes):
+        for tool in absent:
+            err.print(f"downloading {tool.download()}", soft_wrap=True)
+            tool.fetch()
     total = len(models) * len(tools)
     with progress_bar(err, "compat", total, unit="checks") as move_to:
         done = iter(range(1, total + 1))
@@ -233,6 +261,7 @@ register_loop(app)
 register_coupling(app)
 register_modes(app)
 register_study(app)
+register_sigma(app)
 
 if __name__ == "__main__":
     sys.exit(app())

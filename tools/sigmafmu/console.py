@@ -1,9 +1,11 @@
 """What the commands share: consoles, the progress bar and the option --set."""
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
@@ -61,6 +63,11 @@ def show_message(message: LogMessage) -> None:
     """Print what an FMU reports while it runs; its complaints come with the error that ends the run."""
     if not message.is_complaint:
         err.print(str(message), style="yellow", markup=False, soft_wrap=True)
+
+
+def agreed(what: str, yes: bool) -> bool:
+    """Whether to go on: with --yes always, else if a user at the terminal says so."""
+    return yes or (sys.stdin.isatty() and typer.confirm(f"{what}; go on?", err=True))
 
 
 def split_setting(text: str) -> tuple[str, str]:

@@ -1,12 +1,11 @@
 """Readable account of a model, made from its modelDescription.xml alone."""
 
-from collections.abc import Iterable, Iterator
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 from fmpy.model_description import ModelVariable
-from rich import box
-from rich.console import Group
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.text import Text
 
 from sigmafmu.fmu import Fmu
@@ -21,9 +20,13 @@ CAPABILITIES = {
     "providesDirectionalDerivative": "directional derivatives",
 }
 SETTINGS_PREFIX = "integrator."
+WIDTH = 80
+"""Columns, whatever the terminal has: a listing is often piped to a pager."""
+GAP, INDENT = 2, 4
+START, ALLOWED = "start", "start (allowed)"
 
 
-def summary(fmu: Fmu) -> Group:
+def summary(fmu: Fmu, descriptions: bool = False) -> Group:
     """What the model is, what it can do, and its variables with vectors on one line."""
     variables = fmu.description.modelVariables
     settings = [v for v in variables if v.causality == "parameter" and v.name.startswith(SETTINGS_PREFIX)]
@@ -31,26 +34,71 @@ def summary(fmu: Fmu) -> Group:
     fixed = [v for v in parameters if v.variability != "tunable"]
     tunable = [v for v in parameters if v.variability == "tunable"]
     sections = (
-        ("Parameters", fixed, ("start", "unit", "allowed")),
-        ("Tunable parameters (can be set while running)", tunable, ("start", "unit", "allowed")),
-        ("Integrator settings", settings, ("start", "unit", "allowed")),
-        ("Inputs", [v for v in variables if v.causality == "input"], ("start", "unit")),
-        ("Outputs", [v for v in variables if v.causality == "output"], ("unit",)),
-        ("Local variables", [v for v in variables if v.causality == "local"], ("unit",)),
+        ("Parameters", fixed, ("name", "unit", ALLOWED)),
+        ("Tunable parameters (can be set while running)", tunable, ("name", "unit", ALLOWED)),
+        ("Integrator settings", settings, ("name", "unit", ALLOWED)),
+        ("Inputs", [v for v in variables if v.causality == "input"], ("name", "unit", START)),
+        ("Outputs", [v for v in variables if v.causality == "output"], ("name", "unit")),
+        ("Local variables", [v for v in variables if v.causality == "local"], ("name", "unit")),
     )
-    tables = [_table(title, chosen, columns) for title, chosen, columns in sections if chosen]
-    return Group(_head(fmu), *(part for table in tables for part in ("", table)))
+    listings = [
+        Listing(title, columns, [_entry(name, elements, columns) for name, elements in _vectors(chosen)], descriptions)
+        for title, chosen, columns in sections
+        if chosen
+    ]
+    return Group(_head(fmu), *(part for listing in listings for part in ("", listing)), *_hint(descriptions))
 
 
-def every_variable(fmu: Fmu) -> Group:
+def every_variable(fmu: Fmu, descriptions: bool = False) -> Group:
     """The model's head and one line for each scalar variable with its value reference."""
-    table = _new_table("All variables")
-    for title in ("reference", "causality", "variability", "start", "unit", "allowed"):
-        table.add_column(title, no_wrap=title != "allowed", justify="right" if title == "reference" else "left")
-    for v in fmu.description.modelVariables:
-        cells = (v.name, str(v.valueReference), v.causality, v.variability, _start([v]), v.unit or "", _allowed(v))
-        table.add_row(*(escape(cell or "") for cell in cells))
-    return Group(_head(fmu), "", table)
+    columns = ("name", "ref", "kind", "unit", ALLOWED if descriptions else START)
+    entries = [_entry(v.name, [v], columns) for v in fmu.description.modelVariables]
+    listing = Listing("All variables (parameters are fixed or tunable)", columns, entries, descriptions)
+    return Group(_head(fmu), "", listing, *_hint(descriptions))
+
+
+def _hint(descriptions: bool) -> tuple[str, ...]:
+    return () if descriptions else ("", "-v tells what each variable means.")
+
+
+Entry = tuple[list[str], str]
+"""Cells, and the description of a variable."""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A table that is never wider than `WIDTH`: its last column and the descriptions go on in further lines."""
+
+    title: str
+    columns: tuple[str, ...]
+    entries: list[Entry]
+    descriptions: bool
+
+    def __rich_console__(self, _console: Console, _options: ConsoleOptions) -> RenderResult:
+        *fixed, _ = zip(self.columns, *(cells for cells, _ in self.entries), strict=True)
+        sizes = [max(map(len, column)) for column in fixed]
+        before = sum(sizes) + GAP * len(sizes)
+
+        yield Text(self.title, style="bold")
+        yield Text(self._row(self.columns, sizes), style="dim")
+        for cells, description in self.entries:
+            first, *more = _words(cells[-1], WIDTH - before) or [""]
+            line = Text(self._row([*cells[:-1], first], sizes), no_wrap=True, overflow="ignore")
+            line.stylize("cyan", 0, len(cells[0]))
+            yield line
+            yield from (Text(" " * before + piece) for piece in more)
+            if self.descriptions:
+                yield from (Text(" " * INDENT + part, style="dim") for part in _words(description, WIDTH - INDENT))
+
+    @staticmethod
+    def _row(cells: Sequence[str], sizes: Sequence[int]) -> str:
+        padded = [f"{cell:<{size}}" for cell, size in zip(cells, sizes, strict=False)]
+        return (" " * GAP).join([*padded, cells[-1]]).rstrip()
+
+
+def _words(text: str, width: int) -> list[str]:
+    """Lines of at most `width` characters; words stay whole."""
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def _head(fmu: Fmu) -> Group:
@@ -61,38 +109,35 @@ def _head(fmu: Fmu) -> Group:
         if value:
             capabilities.append(label if value is True else f"{label} {value}")
     facts = {
-        "FMU": f"{fmu.path} (FMI {d.fmiVersion} co-simulation, version {d.version})",
+        "FMU": str(fmu.path),
+        "Version": f"{d.version}, FMI {d.fmiVersion} co-simulation",
         "Stop time": f"{d.defaultExperiment.stopTime} s" if d.defaultExperiment else "not given",
         "Can": ", ".join(capabilities),
     }
-    grid = Table.grid(padding=(0, 2))
+    size = max(map(len, facts)) + GAP
+    title = Text("\n".join(_words(f"{fmu.name}: {d.description or ''}", WIDTH)))
+    title.stylize("bold", 0, len(fmu.name))
+    lines = [title]
     for key, value in facts.items():
-        grid.add_row(Text(key, style="dim"), Text(value, overflow="fold"))
-    return Group(Text.assemble((fmu.name, "bold"), f": {d.description or ''}"), grid)
+        first, *more = _words(value, WIDTH - size)
+        line = Text(f"{key:<{size}}{first}", no_wrap=True, overflow="ignore")  # a long path can still be copied
+        line.stylize("dim", 0, size)
+        lines += [line, *(Text(" " * size + piece) for piece in more)]
+    return Group(*lines)
 
 
-def _new_table(title: str) -> Table:
-    table = Table(
-        title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False
-    )
-    table.add_column("name", no_wrap=True, style="cyan")
-    return table
-
-
-def _table(title: str, variables: Iterable[ModelVariable], columns: tuple[str, ...]) -> Table:
-    table = _new_table(title)
-    for column in columns:
-        table.add_column(column, no_wrap=column == "unit")
-    table.add_column("meaning")
-    for name, elements in _vectors(variables):
-        first = elements[0]
-        cells = {
-            "start": _start(elements),
-            "unit": first.unit or "",
-            "allowed": _allowed(first),
-        }
-        table.add_row(*(escape(text) for text in (name, *(cells[c] for c in columns), first.description or "")))
-    return table
+def _entry(name: str, elements: list[ModelVariable], columns: tuple[str, ...]) -> Entry:
+    first = elements[0]
+    start, allowed = _start(elements), _allowed(first)
+    cells = {
+        "name": name,
+        "ref": str(first.valueReference),
+        "kind": first.variability if first.causality == "parameter" else first.causality,
+        "unit": first.unit or "",
+        START: start,
+        ALLOWED: f"{start} ({allowed})" if allowed else start,
+    }
+    return [cells[c] or "" for c in columns], first.description or ""
 
 
 def _vectors(variables: Iterable[ModelVariable]) -> Iterator[tuple[str, list[ModelVariable]]]:
@@ -123,6 +168,7 @@ def _allowed(v: ModelVariable) -> str:
     if v.type == "Enumeration":
         return ", ".join(item.name for item in v.declaredType.items)
     low, high = v.min, v.max
+    space = "\N{NO-BREAK SPACE}"
     if low is not None and high is not None:
-        return f"{_short(low)} … {_short(high)}"
-    return f"≥ {_short(low)}" if low is not None else f"≤ {_short(high)}" if high is not None else ""
+        return f"{_short(low)}{space}…{space}{_short(high)}"
+    return f"≥{space}{_short(low)}" if low is not None else f"≤{space}{_short(high)}" if high is not None else ""

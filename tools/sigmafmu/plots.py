@@ -1,6 +1,9 @@
-"""Figures of simulation results: one designed for each mechanism, and a general one for every other model."""
+"""Figures of simulation results: those designed for a mechanism, and an overview of every other model.
 
-from collections.abc import Callable
+None has more than `MAX_PANELS` panels.
+"""
+
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import matplotlib as mpl
@@ -8,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from sigmafmu import SigmafmuError
@@ -31,18 +35,20 @@ STYLE = {
     "figure.dpi": 130,
 }
 XYZ = ("x", "y", "z")
-MAX_PANELS = 12
+MAX_PANELS = 6
+FLAT = 1e-3
+"""Of the largest extent of a motion: what moves less along an axis, does not move along it."""
 RESIDUAL_FLOOR = 1e-18
 """Residuals below this are drawn here: exact zeros have no place on a logarithmic axis."""
 
 
-def plot(result: Result, path: Path | str, reference: Reference | None = None) -> None:
-    """Draw the figure of `result.model`, or the general one if a variable that it needs was not recorded."""
+def plot(result: Result, path: Path | str, reference: Reference | None = None, *, named: bool = False) -> None:
+    """Draw what matters of `result`; with `named` all that was recorded, since a user asked for just that."""
     with mpl.rc_context(STYLE):
         try:
-            figure = FIGURES.get(result.model, general)(result, reference)
+            figure = (by_unit if named else FIGURES.get(result.model, overview))(result, reference)
         except NotRecordedError:
-            figure = general(result)
+            figure = by_unit(result)
         FigureCanvasAgg(figure)
         save(figure, path)
 
@@ -74,25 +80,15 @@ def heavy_top(result: Result, reference: Reference | None) -> Figure:
 
 
 def slider_crank(result: Result, reference: Reference | None) -> Figure:
-    """Motion, joint reactions, energies and errors of the slider-crank."""
-    figure = _figure("Slider-crank", result, (12, 8))
-    axes = figure.subplots(3, 2)
-    t = result.time
-
-    axes[0, 0].plot(t, 1e3 * result["guide.displacement"])
-    _finish(axes[0, 0], "Slider displacement", "mm")
-    axes[0, 1].plot(t, result["crankPivot.angle"] / (2 * np.pi), color=COLORS[1])
-    _finish(axes[0, 1], "Crank angle", "turns")
-
-    for joint in _owners(result, "reactionForce"):
-        axes[1, 0].plot(t, np.linalg.norm(result[f"{joint}.reactionForce"], axis=1), label=joint, linewidth=1)
-    _finish(axes[1, 0], "Joint reaction forces", "N", legend=4)
-    for kind in ("kinetic", "potential", "total"):
-        axes[1, 1].plot(t, result[f"energy.{kind}"], label=kind)
-    _finish(axes[1, 1], "Energy", "J", legend=3)
-
-    _energy_error(axes[2, 0], result)
-    _accuracy(axes[2, 1], result, reference, "slider.position")
+    """Paths in space, motion, joint reactions, energies and errors of the slider-crank."""
+    figure = _figure("Slider-crank", result, (12, 7.5))
+    grid = figure.add_gridspec(2, 3)
+    _paths(figure, grid[0, 0], {body: result[f"{body}.position"] for body in ("crank", "rod", "slider")})
+    _displacement(figure.add_subplot(grid[0, 1]), result)
+    _angle(figure.add_subplot(grid[0, 2]), result)
+    _forces(figure.add_subplot(grid[1, 0]), result)
+    _energy(figure.add_subplot(grid[1, 1]), result)
+    _accuracy(figure.add_subplot(grid[1, 2]), result, reference, "slider.position")
     return figure
 
 
@@ -126,12 +122,29 @@ def high_speed_rotor(result: Result, reference: Reference | None) -> Figure:
     return figure
 
 
-def general(result: Result, _reference: Reference | None = None) -> Figure:
-    """One panel for each unit; a vector has one colour and its elements different line styles."""
-    panels = _panels(result)
+def overview(result: Result, _reference: Reference | None = None) -> Figure:
+    """The first panels of `OVERVIEW` that the model has something for."""
+    paths = _moving(result)
+    panels = [draw for suffix, draw in OVERVIEW if _owners(result, suffix)][: MAX_PANELS - bool(paths)]
+    figure = _figure(result.model, result, (12, 7.5))
+    grid = figure.add_gridspec(2, 3)
+    cells = [grid[i // 3, i % 3] for i in range(MAX_PANELS)]
+    if paths:
+        _paths(figure, cells.pop(0), paths)
+    for cell, draw in zip(cells, panels, strict=False):
+        draw(figure.add_subplot(cell), result)
+    return figure
+
+
+def by_unit(result: Result, _reference: Reference | None = None) -> Figure:
+    """A panel for each unit; a vector has one colour and its elements different line styles."""
+    every = _panels(result)
+    panels = every[:MAX_PANELS]
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
-    figure = _figure(result.model, result, (12, max(4.0, 2.6 * rows)))
+    left_out = sum(len(vectors) for _, vectors in every[MAX_PANELS:])
+    title = result.model + (f" (without {left_out} of the quantities)" if left_out else "")
+    figure = _figure(title, result, (12, max(4.0, 2.6 * rows)))
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, (unit, vectors) in zip(axes, panels, strict=False):
         if len(vectors) == 1:  # a colour for each element instead
@@ -147,6 +160,98 @@ def general(result: Result, _reference: Reference | None = None) -> Figure:
         unused.remove()
     return figure
 
+
+def _angle(axes: Axes, result: Result) -> None:
+    joints = _owners(result, "angle")
+    turns = max(np.ptp(result[f"{joint}.angle"]) for joint in joints) > 4 * np.pi
+    for joint in joints:
+        angle = result[f"{joint}.angle"]
+        axes.plot(result.time, angle / (2 * np.pi) if turns else np.degrees(angle), label=joint)
+    _finish(axes, "Joint angle", "turns" if turns else "deg", legend=3)
+
+
+def _displacement(axes: Axes, result: Result) -> None:
+    _lengths(axes, result, "displacement", "Joint displacement")
+
+
+def _deflection(axes: Axes, result: Result) -> None:
+    _lengths(axes, result, "deflection", "Deflection")
+
+
+def _lengths(axes: Axes, result: Result, quantity: str, title: str) -> None:
+    """Scalars, or the components of vectors, in a readable unit."""
+    columns = {owner: result[f"{owner}.{quantity}"] for owner in _owners(result, quantity)}
+    factor, unit = _length_scale(max(np.abs(values).max() for values in columns.values()))
+    for owner, values in columns.items():
+        for label, component in _components(owner if len(columns) > 1 else "", values):
+            axes.plot(result.time, factor * component, label=label or owner)
+    _finish(axes, title, unit, legend=3)
+
+
+def _angular_rate(axes: Axes, result: Result) -> None:
+    for joint in _owners(result, "angularRate"):
+        axes.plot(result.time, result[f"{joint}.angularRate"], label=joint)
+    _finish(axes, "Rate of the joint angle", "rad/s", legend=3)
+
+
+def _angular_velocity(axes: Axes, result: Result) -> None:
+    bodies = _owners(result, "angularVelocity")
+    if len(bodies) == 1:
+        for label, component in _components("", result[f"{bodies[0]}.angularVelocity"]):
+            axes.plot(result.time, component, label=label)
+        _finish(axes, "Angular velocity", "rad/s", legend=3)
+        return
+    for body in bodies:
+        axes.plot(result.time, np.linalg.norm(result[f"{body}.angularVelocity"], axis=1), label=body)
+    _finish(axes, "Angular speed", "rad/s", legend=3)
+
+
+def _modal(axes: Axes, result: Result) -> None:
+    for body in _owners(result, "modal"):
+        for i, coordinate in enumerate(result[f"{body}.modal"].T, start=1):
+            axes.plot(result.time, coordinate, label=f"{i}")
+    _finish(axes, "Modes", "m", legend=4)
+
+
+def _forces(axes: Axes, result: Result) -> None:
+    for joint in _owners(result, "reactionForce"):
+        force = np.linalg.norm(result[f"{joint}.reactionForce"], axis=1)
+        axes.plot(result.time, force, label=joint, linewidth=1)
+    _finish(axes, "Reaction force", "N", legend=2)
+
+
+def _support_forces(axes: Axes, result: Result) -> None:
+    for support in _owners(result, "force"):
+        axes.plot(result.time, np.linalg.norm(result[f"{support}.force"], axis=1), label=support, linewidth=1)
+    _finish(axes, "Support force", "N", legend=2)
+
+
+def _energy(axes: Axes, result: Result) -> None:
+    for kind in ("kinetic", "potential", "total"):
+        axes.plot(result.time, result[f"energy.{kind}"], label=kind)
+    _finish(axes, "Energy", "J", legend=3)
+
+
+def _residuals(axes: Axes, result: Result) -> None:
+    for i, kind in enumerate(("position", "velocity")):
+        residual = result[f"constraint.{kind}Residual"]
+        axes.semilogy(result.time, np.maximum(residual, RESIDUAL_FLOOR), label=kind, color=COLORS[i], linewidth=0.9)
+    _finish(axes, "Constraint residuals", "SI", legend=2)
+
+
+OVERVIEW: tuple[tuple[str, Callable[[Axes, Result], None]], ...] = (
+    ("angle", _angle),
+    ("displacement", _displacement),
+    ("deflection", _deflection),
+    ("kinetic", _energy),
+    ("reactionForce", _forces),
+    ("force", _support_forces),
+    ("angularRate", _angular_rate),
+    ("angularVelocity", _angular_velocity),
+    ("modal", _modal),
+    ("positionResidual", _residuals),
+)
+"""Panels by importance, each with the end of the names that it needs."""
 
 FIGURES: dict[str, Callable[[Result, Reference | None], Figure]] = {
     "HeavyTop": heavy_top,
@@ -220,19 +325,61 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
         drawn = error > 1e-6 * error.max()  # not the start, where both are the same but for rounding
         axes.semilogy(time, np.where(drawn, error, np.nan), color=COLORS[1])
         stated = float(reference.stated_position_error.split()[0])
-        axes.axhline(stated, color=COLORS[5], linestyle="--", linewidth=1, label="error of the reference")
+        axes.axhline(stated, color=COLORS[5], linestyle="--", linewidth=1, label="the reference's")
         _finish(axes, f"Error of {name}", "m", legend=1)
         return
-    for i, kind in enumerate(("position", "velocity")):
-        residual = result[f"constraint.{kind}Residual"]
-        axes.semilogy(result.time, np.maximum(residual, RESIDUAL_FLOOR), label=kind, color=COLORS[i], linewidth=0.9)
-    _finish(axes, "Constraint residuals", "SI", legend=2)
+    _residuals(axes, result)
 
 
 def _owners(result: Result, quantity: str) -> list[str]:
-    """Names before the dot of the recorded vectors `….quantity`."""
-    bases = dict.fromkeys(element[0] for name in result.names if (element := split_element(name)))
+    """Names before the dot of the recorded scalars and vectors `….quantity`."""
+    bases = dict.fromkeys(element[0] if (element := split_element(name)) else name for name in result.names)
     return [base.removesuffix(f".{quantity}") for base in bases if base.endswith(f".{quantity}")]
+
+
+def _components(owner: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """A scalar under its owner's name, the components of a vector with their axes."""
+    if values.ndim == 1:
+        return [(owner, values)]
+    return [(f"{owner} {axis}".strip(), component) for axis, component in zip(XYZ, values.T, strict=True)]
+
+
+def _moving(result: Result) -> dict[str, np.ndarray]:
+    """Paths of the points that move in a plane or in space; of a flexible body's points those with a name."""
+    points = [name for name in _owners(result, "position") if ".station" not in name]
+    paths = {name: result[f"{name}.position"] for name in points}
+    largest = max((np.ptp(path, axis=0).max() for path in paths.values()), default=0.0)
+    paths = {name: path for name, path in paths.items() if largest and np.ptp(path, axis=0).max() > FLAT * largest}
+    return paths if paths and len(_moving_axes(paths)) > 1 else {}
+
+
+def _moving_axes(paths: Mapping[str, np.ndarray]) -> list[int]:
+    extents = np.max([np.ptp(path, axis=0) for path in paths.values()], axis=0)
+    return [i for i in range(3) if extents[i] > FLAT * extents.max()]
+
+
+def _paths(figure: Figure, cell: SubplotSpec, paths: Mapping[str, np.ndarray]) -> None:
+    """Paths in space, or in the plane in which all points move; a dot marks the end."""
+    moving = _moving_axes(paths)
+    if len(moving) == 2:
+        axes = figure.add_subplot(cell)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set(xlabel=f"{XYZ[moving[0]]} in m", ylabel=f"{XYZ[moving[1]]} in m")
+    else:
+        moving = [0, 1, 2]
+        axes = figure.add_subplot(cell, projection="3d")
+        axes.set(xlabel="x in m", ylabel="y in m", zlabel="z in m")
+        axes.tick_params(labelsize=7)
+        axes.locator_params(nbins=4)
+    for i, (name, path) in enumerate(paths.items()):
+        columns = path[:, moving].T
+        axes.plot(*columns, color=COLORS[i % len(COLORS)], label=name, linewidth=1)
+        axes.plot(*columns[:, -1:], "o", color=COLORS[i % len(COLORS)], markersize=4)
+    if len(moving) == 3:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_box_aspect((1, 1, 1), zoom=0.85)  # the labels have to stay inside
+    axes.set_title("Paths", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.05, 1.0), fontsize=8, handlelength=1.5)
 
 
 def _length_scale(largest: float) -> tuple[float, str]:
@@ -254,4 +401,4 @@ def _panels(result: Result) -> list[tuple[str, list[tuple[str, list[str]]]]]:
     for unit, vectors in by_unit.items():
         items = list(vectors.items())
         panels += [(unit, items[i : i + len(COLORS)]) for i in range(0, len(items), len(COLORS))]
-    return panels[:MAX_PANELS]
+    return panels

@@ -1,8 +1,10 @@
 """What a simulation gives back: recorded variables over time and the cost of getting them."""
 
 import csv
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -75,9 +77,31 @@ class Result:
 
     def write_csv(self, path: Path | str) -> None:
         """Write time and all values with 17 digits, which is exact."""
+        with CsvWriter(path) as writer:
+            writer.write(("time", *self.names), np.column_stack((self.time, self.values)))
+
+
+class CsvWriter:
+    """A CSV file that grows piece by piece; it is made with the first of them."""
+
+    def __init__(self, path: Path | str):
+        self.path, self.rows = Path(path), 0
+        self._file: TextIO | None = None
+
+    def __enter__(self) -> "CsvWriter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._file:
+            self._file.close()
+
+    def write(self, names: Sequence[str], rows: np.ndarray) -> None:
+        """Add rows, with 17 digits, which is exact; the first call writes the header."""
         try:
-            with Path(path).open("w", encoding="utf-8", newline="") as file:
-                csv.writer(file, lineterminator="\n").writerow(("time", *self.names))
-                np.savetxt(file, np.column_stack((self.time, self.values)), fmt="%.17g", delimiter=",")
+            if not self._file:
+                self._file = self.path.open("w", encoding="utf-8", newline="")
+                csv.writer(self._file, lineterminator="\n").writerow(names)
+            np.savetxt(self._file, rows, fmt="%.17g", delimiter=",")
         except OSError as error:
-            raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
+            raise SigmafmuError(f"cannot write {self.path}: {error.strerror}") from error
+        self.rows += len(rows)

@@ -2,9 +2,11 @@
 
 import ctypes
 import math
+import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -17,12 +19,22 @@ from sigmafmu.result import Result, Statistics
 from sigmafmu.variables import SettingValue, Value, outputs, parse_settings, select
 
 DEFAULT_COMMUNICATION_STEPS = 1000
+ROUNDING = 1e-9
+"""Of a communication step: a shorter rest is none."""
+CHUNK_ROWS = 1024
+"""Rows that are recorded before they go on to whoever takes them."""
+MEMORY_SHARE = 0.5
+"""The part of the machine's memory that the rows of a run may take."""
 COUNTERS = {
     "steps": "integrator.steps",
     "newton_iterations": "integrator.newtonIterations",
     "jacobian_evaluations": "integrator.jacobianEvaluations",
     "retries": "integrator.retries",
 }
+
+
+TakeRows = Callable[[Sequence[str], np.ndarray], None]
+"""Gets the names of the columns (the first is time) and some rows, which are reused afterwards."""
 
 
 class SimulationError(SigmafmuError):
@@ -40,18 +52,21 @@ def simulate(
     step_size: float | None = None,
     settings: Mapping[str, SettingValue] | None = None,
     variables: Iterable[str] = (),
+    keep_every: int = 1,
+    on_rows: TakeRows | None = None,
     on_time: Callable[[float], None] | None = None,
     on_message: MessageHandler | None = None,
 ) -> Result:
     """Run `fmu` from 0 to `stop_time` in communication steps of `step_size`, recording `variables` at each of them.
 
-    Both times default to the model's default experiment, `variables` (names or patterns) to all outputs. Raises
-    SimulationError with the FMU's own message if the FMU refuses a call.
+    Both times default to the model's default experiment, `variables` (names or patterns) to all outputs. The result
+    holds every `keep_every`-th row and the last one; `on_rows` gets all of them, in pieces. Raises SimulationError with
+    the FMU's own message if the FMU refuses a call.
     """
     steps = communication_steps(fmu, stop_time, step_size)
     assignments = parse_settings(fmu, settings or {})
-    variables = tuple(variables)
-    recorded = select(fmu, variables) if variables else outputs(fmu)
+    recorded = recorded_variables(fmu, variables)
+    _check_memory(len(steps) // keep_every, len(recorded) + 1)
 
     messages: list[LogMessage] = []
 
@@ -64,7 +79,7 @@ def simulate(
     try:
         try:
             _initialize(slave, assignments, stop_time=sum(steps[-1]))
-            recorder = _Recorder(slave, recorded, rows=len(steps) + 1)
+            recorder = _Recorder(slave, recorded, keep_every, on_rows)
             recorder.record(0.0)
         except FMICallException as error:
             raise SimulationError(f"{fmu.name} cannot start: {reason(messages, error)}") from error
@@ -79,7 +94,7 @@ def simulate(
                 if on_time:
                     on_time(start + size)
         except FMICallException as error:
-            reached = _last_successful_time(slave, default=recorder.time[recorder.rows - 1])
+            reached = _last_successful_time(slave, default=recorder.last_time)
             failure = f"{fmu.name} stopped at t = {reached:.6g} s: {reason(messages, error)}"
 
         counters = _counters(slave, fmu)
@@ -92,10 +107,35 @@ def simulate(
         slave.freeInstance()
 
 
-def communication_steps(
-    fmu: Fmu, stop_time: float | None = None, step_size: float | None = None
-) -> list[tuple[float, float]]:
-    """Start and size of each communication step; the last is shorter if the step size does not divide the stop time."""
+def recorded_variables(fmu: Fmu, variables: Iterable[str]) -> list[ModelVariable]:
+    """What a run records: `variables` (names or patterns), or all outputs if there are none."""
+    variables = tuple(variables)
+    return select(fmu, variables) if variables else outputs(fmu)
+
+
+@dataclass(frozen=True)
+class CommunicationSteps(Sequence[tuple[float, float]]):
+    """Start and size of each communication step, computed when asked for: a long run has more than fit in memory."""
+
+    step_size: float  # s
+    whole: int
+    rest: float  # s
+    """The last, shorter step; 0 if there is none."""
+
+    def __len__(self) -> int:
+        return self.whole + (self.rest > 0)
+
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        i = index + len(self) if index < 0 else index
+        if not 0 <= i < len(self):
+            raise IndexError(index)
+        return i * self.step_size, self.step_size if i < self.whole else self.rest
+
+
+def communication_steps(fmu: Fmu, stop_time: float | None = None, step_size: float | None = None) -> CommunicationSteps:
+    """The communication steps of a run; the last is shorter if the step size does not divide the stop time."""
     experiment = fmu.description.defaultExperiment
     if stop_time is None:
         stop_time = float(experiment.stopTime) if experiment and experiment.stopTime else 1.0
@@ -105,11 +145,21 @@ def communication_steps(
     for name, value in (("stop time", stop_time), ("step size", step_size)):
         if not (math.isfinite(value) and value > 0):
             raise SigmafmuError(f"the {name} must be a positive number of seconds, not {value:g}")
-    rounding = 1e-9
-    whole = math.floor(stop_time / step_size + rounding)
-    steps = [(i * step_size, step_size) for i in range(whole)]
+    if stop_time / step_size > 2**53:
+        raise SigmafmuError(f"the step size {step_size:g} s is too small to count {stop_time:g} s in such steps")
+    whole = math.floor(stop_time / step_size + ROUNDING)
     rest = stop_time - whole * step_size
-    return [*steps, (whole * step_size, rest)] if rest > rounding * step_size else steps
+    return CommunicationSteps(step_size, whole, rest if rest > ROUNDING * step_size else 0.0)
+
+
+def _check_memory(rows: int, columns: int) -> None:
+    needed = rows * columns * np.dtype(float).itemsize
+    installed = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > MEMORY_SHARE * installed:
+        raise SigmafmuError(
+            f"{rows} rows of {columns} columns take {needed / 1e9:.3g} GB, and this machine has {installed / 1e9:.3g} "
+            "GB of memory; record fewer variables, take longer communication steps, or keep every n-th row"
+        )
 
 
 @contextmanager
@@ -158,12 +208,19 @@ class _Block:
 
 
 class _Recorder:
-    """Values of chosen variables at the communication points."""
+    """Values of chosen variables at the communication points, in chunks; keeps every `keep_every`-th row and the last.
 
-    def __init__(self, slave: FMU2Slave, variables: list[ModelVariable], rows: int):
-        self.time = np.zeros(rows)
-        self.rows = 0
-        self._variables = variables
+    A chunk that is full goes to `on_rows`, so that a run of any length takes no more memory than what is kept of it.
+    """
+
+    def __init__(
+        self, slave: FMU2Slave, variables: list[ModelVariable], keep_every: int = 1, on_rows: TakeRows | None = None
+    ):
+        self.last_time = 0.0
+        self._variables, self._keep_every, self._on_rows = variables, keep_every, on_rows
+        self._chunk = np.zeros((CHUNK_ROWS, len(variables) + 1))
+        self._filled, self._flushed = 0, 0  # rows of the chunk, and before it
+        self._kept: list[np.ndarray] = []
         self._blocks: list[tuple[list[int], _Block]] = []
         for types, getter, c_type in (
             ({"Real"}, slave.fmi2GetReal, ctypes.c_double),
@@ -173,25 +230,40 @@ class _Recorder:
             columns = [i for i, v in enumerate(variables) if v.type in types]
             if columns:
                 references = [variables[i].valueReference for i in columns]
-                self._blocks.append((columns, _Block(slave, getter, c_type, references, rows)))
+                block = _Block(slave, getter, c_type, references, CHUNK_ROWS)
+                self._blocks.append(([i + 1 for i in columns], block))
 
     def record(self, now: float) -> None:
+        if self._filled == CHUNK_ROWS:
+            self._flush()
         for _, block in self._blocks:
-            block.record(self.rows)
-        self.time[self.rows] = now
-        self.rows += 1
+            block.record(self._filled)
+        self._chunk[self._filled, 0] = self.last_time = now
+        self._filled += 1
+
+    def _flush(self) -> None:
+        rows = self._chunk[: self._filled]
+        for columns, block in self._blocks:
+            rows[:, columns] = block.values[: self._filled]
+        self._kept.append(rows[-self._flushed % self._keep_every :: self._keep_every].copy())
+        if self._on_rows:
+            self._on_rows(("time", *(v.name for v in self._variables)), rows)
+        self._flushed += self._filled
+        self._filled = 0
 
     def result(self, model: str, wall_time: float, counters: dict[str, int]) -> Result:
-        values = np.zeros((self.rows, len(self._variables)))
-        for columns, block in self._blocks:
-            values[:, columns] = block.values[: self.rows]
+        last = self._filled - 1  # never -1: a chunk is emptied only to record another row
+        self._flush()
+        if (self._flushed - 1) % self._keep_every:
+            self._kept.append(self._chunk[[last]])
+        rows = np.concatenate(self._kept)
         return Result(
             model=model,
-            time=self.time[: self.rows],
+            time=rows[:, 0],
             names=tuple(v.name for v in self._variables),
-            values=values,
+            values=rows[:, 1:],
             units={v.name: v.unit or "" for v in self._variables},
-            statistics=Statistics(float(self.time[self.rows - 1]), wall_time, self.rows - 1, **counters),
+            statistics=Statistics(self.last_time, wall_time, self._flushed - 1, **counters),
         )
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, extras
 from sigmafmu.loop.controllers import Law
 from sigmafmu.loop.units import exponents
 from sigmafmu.masters.process import ProcessError, output_of
@@ -42,7 +42,7 @@ def build(
     FMU, which runs in every master on a machine with Python, without sigmafmu.
     """
     if not find_spec("pythonfmu"):
-        raise SigmafmuError("PythonFMU is not installed; `pip install 'sigmafmu[loop]'` brings it")
+        raise SigmafmuError(extras.missing("pythonfmu"))
     try:
         source = Path(inspect.getsourcefile(law))
     except (OSError, TypeError) as error:

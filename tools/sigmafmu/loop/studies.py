@@ -232,22 +232,27 @@ def sampling_tables(runs: Sequence[SamplingRun]) -> list[Table]:
 
 
 def spring_figure(runs: Sequence[SpringRun]) -> Figure:
-    """Energy error over time for the stiffness where the masters differ most clearly, and errors over H."""
+    """Energy error over time for the stiffness where the masters differ most clearly, and position errors over H.
+
+    With a single H these are over time, too.
+    """
     sizes = sorted({r.H for r in runs})
     stiffnesses = sorted({r.stiffness for r in runs})
     shown_stiffness, shown_H = stiffnesses[len(stiffnesses) // 2], sizes[len(sizes) // 2]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12, 4.2), layout="constrained")
-        over_time, over_H = figure.subplots(1, 2)
-        for scheme in SCHEMES:
-            for r in runs:
-                if (r.scheme, r.stiffness, r.H) == (scheme, shown_stiffness, shown_H) and len(r.time):
-                    over_time.semilogy(r.time[1:], np.abs(r.energy[1:]), label=scheme, linewidth=1)
-        over_time.set(xlabel="time in s", ylabel="J", xlim=(0, SPRING_STOP_TIME))
-        over_time.set_title(f"Energy error, k = {_power(shown_stiffness)} N/m, H = {1e3 * shown_H:g} ms")
-        _over_size(over_H, runs, lambda r: r.error.max() if r.stiffness == stiffnesses[0] else None, "m")
-        over_H.set_title(f"Largest position error, k = {_power(stiffnesses[0])} N/m")
-        figure.legend(*over_H.get_legend_handles_labels(), loc="outside lower center", ncols=6)
+        energy, position = figure.subplots(1, 2)
+        shown = [r for r in runs if (r.stiffness, r.H) == (shown_stiffness, shown_H) and len(r.time)]
+        what = f"k = {_power(shown_stiffness)} N/m, H = {1e3 * shown_H:g} ms"
+        _over_time(energy, shown, lambda r: np.abs(r.energy), "J")
+        energy.set_title(f"Energy error, {what}")
+        if len(sizes) > 1:
+            _over_size(position, runs, lambda r: r.error.max() if r.stiffness == stiffnesses[0] else None, "m")
+            position.set_title(f"Largest position error, k = {_power(stiffnesses[0])} N/m")
+        else:
+            _over_time(position, shown, lambda r: r.error, "m")
+            position.set_title(f"Position error, {what}")
+        figure.legend(*position.get_legend_handles_labels(), loc="outside lower center", ncols=6)
     return figure
 
 
@@ -275,6 +280,12 @@ def sampling_figure(runs: Sequence[SamplingRun]) -> Figure:
         residual.set_title("Residual energy")
         figure.legend(*residual.get_legend_handles_labels(), loc="outside lower center", ncols=6)
     return figure
+
+
+def _over_time(axes: Axes, runs: Sequence[SpringRun], value: Callable, unit: str) -> None:
+    for r in runs:
+        axes.semilogy(r.time[1:], value(r)[1:], label=r.scheme, linewidth=1)
+    axes.set(xlabel="time in s", ylabel=unit, xlim=(0, SPRING_STOP_TIME))
 
 
 def _over_size(axes: Axes, runs: Sequence, value: Callable, unit: str) -> None:

@@ -60,6 +60,13 @@ class Tool(ABC):
     def version(self) -> str:
         """Its version."""
 
+    def download(self) -> str | None:
+        """What `fetch` would download and whereto, or None."""
+        return None
+
+    def fetch(self) -> None:  # noqa: B027, most tools have nothing to fetch
+        """Download what `download` says; `missing` tells whether that succeeded."""
+
 
 class Validator(Tool):
     """Checks an FMU without simulating it."""

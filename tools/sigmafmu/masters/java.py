@@ -1,6 +1,5 @@
 """Java and the tools that come as Maven artifacts."""
 
-import functools
 import os
 import re
 import shutil
@@ -9,16 +8,17 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from sigmafmu.console import err
 from sigmafmu.masters.process import ProcessError, output_of
 
 CACHE_VARIABLE = "SIGMAFMU_TOOLS"
-"""Environment variable that names another folder for fetched artifacts than build/tools."""
+"""Environment variable that names another folder for fetched artifacts than the user's cache."""
 
 
 def cache() -> Path:
     """Folder of the fetched artifacts."""
-    return Path(os.environ.get(CACHE_VARIABLE) or Path("build") / "tools").absolute()
+    own = os.environ.get(CACHE_VARIABLE)
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(own).absolute() if own else user / "sigmafmu" / "tools"
 
 
 def java_version() -> str:
@@ -37,6 +37,7 @@ class Artifact:
     version: str
     kind: str
     classifier: str
+    megabytes: int
 
     @property
     def path(self) -> Path:
@@ -49,20 +50,32 @@ class Artifact:
         return f"{self.group}:{self.name}:{self.version}:{self.kind}:{self.classifier}"
 
     def missing(self) -> str | None:
-        """Why it cannot be used, or None; fetches it if need be."""
+        """Why it cannot be used, or None."""
         if not shutil.which("java"):
             return "Java is not installed"
         if self.path.is_file():
             return None
         if not shutil.which("mvn"):
-            return f"not fetched, and Maven (mvn) is not installed to fetch {self.coordinates}"
-        return _fetch(self)
+            return f"not downloaded, and Maven (mvn) is not installed to fetch {self.coordinates}"
+        return failures.get(self, "not downloaded; `sigmafmu compat --yes` does it")
+
+    def download(self) -> str | None:
+        """What `fetch` would download, or None."""
+        possible = shutil.which("java") and shutil.which("mvn") and not self.path.is_file()
+        return f"{self.name} ({self.megabytes} MB, with Maven, into {cache()})" if possible else None
+
+    def fetch(self) -> None:
+        """Download it, if that is possible and necessary."""
+        if self.download() and self not in failures and (reason := _fetch(self)):
+            failures[self] = reason
 
 
-@functools.cache  # a second try would take as long to fail
+failures: dict[Artifact, str] = {}
+"""Why an artifact could not be fetched: a second try would take as long to fail."""
+
+
 def _fetch(artifact: Artifact) -> str | None:
     """Let Maven copy it into the cache; returns why that failed, or None."""
-    err.print(f"fetching {artifact.coordinates} with Maven into {cache()}", soft_wrap=True)
     cache().mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=cache()) as name:  # then moved, so that nobody sees half a file
         folder = Path(name)

@@ -14,7 +14,7 @@ from sigmafmu.masters import Master, Run, ToolError, Trajectory
 from sigmafmu.masters.java import Artifact, java_version
 from sigmafmu.masters.process import ProcessError, output_of
 
-ARTIFACT = Artifact("org.into-cps.maestro", "maestro", "3.1.1", "jar", "jar-with-dependencies")
+ARTIFACT = Artifact("org.into-cps.maestro", "maestro", "3.1.1", "jar", "jar-with-dependencies", 64)
 FMU, RECORDED, DRIVEN = "{mechanism}", "recorded", "driven"
 
 
@@ -29,6 +29,12 @@ class Maestro(Master):
 
     def missing(self) -> str | None:
         return ARTIFACT.missing()
+
+    def download(self) -> str | None:
+        return ARTIFACT.download()
+
+    def fetch(self) -> None:
+        ARTIFACT.fetch()
 
     def version(self) -> str:
         return f"{ARTIFACT.version}, Java {java_version()}"

@@ -9,7 +9,7 @@ from sigmafmu.masters import Validator
 from sigmafmu.masters.java import Artifact, java_version
 from sigmafmu.masters.process import ProcessError, output_of
 
-ARTIFACT = Artifact("org.into-cps.vdmcheck.fmi2", "vdmcheck2", "1.1.3", "zip", "distribution-rules")
+ARTIFACT = Artifact("org.into-cps.vdmcheck.fmi2", "vdmcheck2", "1.1.3", "zip", "distribution-rules", 3)
 
 
 class VdmCheck(Validator):
@@ -22,6 +22,12 @@ class VdmCheck(Validator):
 
     def missing(self) -> str | None:
         return ARTIFACT.missing()
+
+    def download(self) -> str | None:
+        return ARTIFACT.download()
+
+    def fetch(self) -> None:
+        ARTIFACT.fetch()
 
     def version(self) -> str:
         return f"{ARTIFACT.version}, Java {java_version()}"

@@ -34,25 +34,29 @@ def study(
     chapter: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Only this chapter (repeatable); default: all.")
     ] = None,
+    redraw: Annotated[
+        bool, typer.Option("--redraw", help="Run nothing: draw figures anew from the CSV files that are in DIR.")
+    ] = False,
     workers: Annotated[int, typer.Option(min=1, help="Processes that work side by side.")] = 2,
 ) -> None:
     """Measure the integrator beside the σ paper and Exudyn: CSV, figures, README.md (needs the extra `reference`).
 
     Work that is done already is not done again: an interrupted study goes on where it was.
     """
-    try:
-        from sigmafmu.reference import FLEXIBLE_MODELS
-        from sigmafmu.reference.exudyn_models import load_exudyn
-        from sigmafmu.study import CHAPTERS, FLEXIBLE_CHAPTERS, LGT_CHAPTERS, load, orderings, runner
+    from sigmafmu.reference import FLEXIBLE_MODELS
+    from sigmafmu.reference.exudyn_models import load_exudyn
+    from sigmafmu.study import CHAPTERS, FLEXIBLE_CHAPTERS, LGT_CHAPTERS, load, orderings, runner
 
-        load_exudyn()
-    except ModuleNotFoundError as error:
-        raise SigmafmuError("the study needs Exudyn and SciPy: pip install 'sigmafmu[reference]'") from error
+    load_exudyn()
     known = {"lgt": LGT_CHAPTERS, "flexible": FLEXIBLE_CHAPTERS}.get(subject.value, CHAPTERS)
     for name in chapter or ():
         if name not in known:
             raise SigmafmuError(f"there is no chapter {name}; there are {', '.join(known)}")
     chapters = load(tuple(name for name in known if not chapter or name in chapter))
+    if redraw:
+        for path in (path for c in chapters if hasattr(c, "redraw") for path in c.redraw(output)):
+            out.print(f"wrote {path}", soft_wrap=True)
+        return
     every = [*MECHANISMS.values(), *FLEXIBLE_MODELS]
     mechanisms = [MECHANISMS[subject.value]] if subject.value in MECHANISMS else every
     work = runner.jobs(chapters, mechanisms, quick)

@@ -1,5 +1,6 @@
 """Chapter: flexible bodies, how the errors fall with the step size for every σ, formulation and method."""
 
+import csv
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from matplotlib.axes import Axes
 from sigmafmu.markdown import markdown_table
 from sigmafmu.measure import FORMULATION_NAMES
 from sigmafmu.plots import COLORS
-from sigmafmu.study import cases
+from sigmafmu.study import cases, slopes
 from sigmafmu.study.cases import SIGMAS
 from sigmafmu.study.chapter import Cell, Results
 from sigmafmu.study.flexible_runs import (
@@ -26,7 +27,7 @@ from sigmafmu.study.flexible_runs import (
     peer_steps,
     rigid_steps,
 )
-from sigmafmu.study.lgt import number, order, step_axis
+from sigmafmu.study.lgt import ORDERS, number, order, step_axis
 from sigmafmu.study.output import figure, write_csv
 
 RIGID = "rigid"
@@ -41,6 +42,15 @@ FLOOR, CEILING = {"position": 1e-13, "modal": 1e-13, "angularVelocity": 1e-10}, 
 """Errors between which the order is read: the solution's own error, and a share of the largest error drawn."""
 PEER_NEWTON = {"relative_tolerance": 1e-10}
 """With its default, 1e-8, angular velocities in index 3 have no order: one iteration is enough for the residual."""
+SHOWN = (
+    ("geom1", "index 3"),
+    ("geom1", "stabilized index 2"),
+    ("γ/(3β)", "index 3"),
+    ("1", "index 3"),
+    ("1", "stabilized index 2"),
+)
+"""σ and formulation of the curves in the upper figures; the others lie on them."""
+PEER = "Exudyn/index 3, σ-modified"
 FORMULATION_LINES = dict(zip(FORMULATION_NAMES.values(), ("-", "--", ":"), strict=True))
 METHOD_COLORS = dict(zip(("generalizedAlpha", "bliedf2", "rkmk4", "rkmk54"), COLORS, strict=False))
 
@@ -80,6 +90,26 @@ class FlexibleAccuracy:
             parts.append(f"### {mechanism}\n\n![{mechanism}: error over step size]({image})\n\n{_table(curves)}")
             parts.append(f"\nThe share that σ has in the errors:\n\n{_sigma_table(curves, found.get(RIGID))}")
         return "\n".join(parts)
+
+    def redraw(self, folder: Path) -> list[Path]:
+        """Draw the figures anew from the CSV files in `folder`; returns what was written."""
+        written = []
+        for mechanism in self.mechanisms:
+            table = folder / f"{self.name}_{mechanism}.csv"
+            if table.is_file():
+                written.append(table.with_suffix(".png"))
+                _draw(written[-1], mechanism, read_curves(table))
+        return written
+
+
+def read_curves(table: Path) -> dict[str, "Curve"]:
+    """The curves of a CSV file that `FlexibleAccuracy.report` has written."""
+    runs: dict[str, list[dict[str, float]]] = {}
+    with table.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            run = {"h": float(row["h"]), **{name: float(row[name]) for name in ERRORS if row[name]}}
+            runs.setdefault(f"{row['code']}/{row['method']}", []).append(run)
+    return {key: Curve(found) for key, found in runs.items()}
 
 
 def ways(mechanism: str) -> dict[str, dict[str, float]]:
@@ -154,24 +184,32 @@ def _sigma_table(curves: Mapping[str, Curve], rigid: Mapping[str, list[float]] |
 
 def _draw(path: Path, mechanism: str, curves: Mapping[str, Curve]) -> None:
     """Quantities across; generalizedAlpha with Exudyn above, other methods below."""
-    others = [name for name in OTHERS if f"sigmafmu/{name}" in curves]
+    others = [name for name in OTHERS if f"sigmafmu/{name}" in curves and name != "bliedf2, SE(3)"]
+    steps = next(iter(curves.values())).steps
+    shown = {(label, name): f"sigmafmu/{name}, {cases.sigma_name(label)}" for label, name in SHOWN}
     with figure(path, (10.5, 6.6)) as result:
         above, below = result.subfigures(2, 1)
         top, bottom = above.subplots(1, len(ERRORS)), below.subplots(1, len(ERRORS))
         for i, quantity in enumerate(ERRORS):
             for key, curve in curves.items():
-                if key.startswith("Exudyn/"):
+                if key == PEER:
                     _line(top[i], curve, quantity, "Exudyn", color="0.8", linewidth=4)
             for color, label in zip(COLORS, SIGMAS, strict=False):
                 for name, line in FORMULATION_LINES.items():
                     sigma = cases.sigma_name(label)
-                    style = {"color": color, "linestyle": line, "marker": "o"}
-                    _line(top[i], curves[f"sigmafmu/{name}, {sigma}"], quantity, f"{sigma}, {name}", **style)
+                    if key := shown.get((label, name)):
+                        style = {"color": color, "linestyle": line, "marker": "o"}
+                        _line(top[i], curves[key], quantity, f"{sigma}, {name}", **style)
             for name in others:
                 line = ("--", "x") if "SE(3)" in name else ("-", "o")
                 style = {"color": METHOD_COLORS[name.split(",")[0]], "linestyle": line[0], "marker": line[1]}
                 _line(bottom[i], curves[f"sigmafmu/{name}"], quantity, name, **style)
             top[i].set_title(LABELS[quantity])
+            slopes.above(top[i], steps, [curves[key].errors(quantity) for key in shown.values()], 2)
+            for name in others:
+                if ORDERS.get(name, 2) > 2:
+                    errors = curves[f"sigmafmu/{name}"].errors(quantity)
+                    slopes.below(bottom[i], steps, errors, ORDERS[name], at=1)
         for axes in (*top, *bottom):
             step_axis(axes, next(iter(curves.values())).steps.tolist())
             axes.set(yscale="log", xlabel="step size h in s")

@@ -22,6 +22,8 @@ METHODS: dict[str, dict[str, float]] = {
     "rkmk54": {"method": 3},
 }
 """Methods and their settings; the first formulation is the FMUs' default."""
+ORDERS = {"generalizedAlpha": 2, "bliedf2": 2, "rkmk4": 4, "rkmk54": 5}
+"""What each method promises."""
 FIXED_STEPS = {"relative_tolerance": 1e9, "absolute_tolerance": 1e9}
 """Tolerances with which rkmk54 accepts every step."""
 

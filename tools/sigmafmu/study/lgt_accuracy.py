@@ -1,5 +1,6 @@
 """Chapter: how accurate every method is on every group, coordinate map and absolute coordinates of Table 1."""
 
+import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 from sigmafmu.markdown import markdown_table
 from sigmafmu.measure import MULTIPLIERS
 from sigmafmu.reference import Rotor
-from sigmafmu.study import lgt, runs
+from sigmafmu.study import lgt, runs, slopes
 from sigmafmu.study.chapter import Cell, Results
 from sigmafmu.study.lgt import ABSOLUTE, COMBINATIONS, METHODS, Combination, number
 from sigmafmu.study.output import figure, write_csv
@@ -139,9 +140,30 @@ class Accuracy:
                 parts.append(_spin({key: cell for key, cell in found.items() if key.startswith("spin/")}))
         return "\n".join(parts)
 
+    def redraw(self, folder: Path) -> list[Path]:
+        """Draw the figures anew from the CSV files in `folder`; returns what was written."""
+        written = []
+        for mechanism in self.mechanisms:
+            table = folder / f"lgt_accuracy_{mechanism}.csv"
+            if table.is_file():
+                written.append(table.with_suffix(".png"))
+                _draw(written[-1], mechanism, read_curves(table))
+        return written
+
 
 Curves = Mapping[tuple[str, ...], Mapping[str, Any]]
 """(method, group, map) → what `converge` returned."""
+
+
+def read_curves(table: Path) -> Curves:
+    """The curves of a CSV file that `Accuracy.report` has written."""
+    cells: dict[tuple[str, str, str], dict[str, Any]] = {}
+    with table.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            cell = cells.setdefault((row["method"], row["group"], row["map"]), {"runs": {}})
+            run = {"h": float(row["h"]), **{name: float(row[name]) for name in QUANTITIES if row[name]}}
+            cell["runs"].setdefault(row["absolute"], []).append(run)
+    return cells
 
 
 def values(cell: Mapping[str, Any], quantity: str, absolute: str = "quaternion") -> np.ndarray:
@@ -179,6 +201,8 @@ def _draw(path: Path, mechanism: str, curves: Curves) -> None:
                     axes.plot(steps, values(curves[method, c.group, c.map], quantity), **c.style)
                 axes.set_yscale("log")
                 lgt.step_axis(axes, steps)
+                shown = [values(curves[method, c.group, c.map], quantity) for c in COMBINATIONS]
+                slopes.above(axes, steps, shown, lgt.ORDERS[method.partition(",")[0]], at=len(steps) // 2 - 2)
             row[0].set_ylabel(f"{quantity} error in {runs.ERRORS[quantity]}")
         for axes, method in zip(grid[0], names, strict=True):
             axes.set_title(method.replace(", ", ",\n"))

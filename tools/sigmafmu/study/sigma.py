@@ -17,6 +17,7 @@ from sigmafmu import _core
 from sigmafmu.markdown import markdown_table
 from sigmafmu.measure import FORMULATION_NAMES, INDEX3, STABILIZED
 from sigmafmu.reference import GRAVITY, TOP, Rotor
+from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma
 from sigmafmu.study.chapter import Cell, Results
 from sigmafmu.study.output import figure, write_csv
 from sigmafmu.study.runs import ours
@@ -31,37 +32,6 @@ QUICK_SIGMAS = np.linspace(0.0, 3.0, 7)
 RHO_INF = (1.0, 0.9, 0.65)
 RATIOS = (0.2, 0.4, 0.7, 1.0, 1.3, 1.6, 1.898, 1.99)
 QUICK_RATIOS = (0.4, 1.898)
-
-
-# --- closed forms ----------------------------------------------------------------------------------------------------
-
-
-def coefficients(rho_inf: float) -> tuple[float, float, float]:
-    """γ/β, C_q of (41), and η of the velocity update."""
-    p = _core.AlphaParameters(rho_inf)
-    c_q = (1 - 6 * p.beta - 3 * (p.alpha_m - p.alpha_f)) / 6
-    eta = 0.5 * (p.gamma * (1 - p.gamma) + p.alpha_f * (1 - p.alpha_f) - p.alpha_m * (1 - p.alpha_m)) - 1 / 24
-    return p.gamma / p.beta, c_q, eta
-
-
-def precession_sigma(rho_inf: float, ratio: float, kappa: float = 0.0) -> float:
-    """σ* for p = J_polar/J_transverse and a moment that turns at κ Ω in W; κ = 0 is the slow precession."""
-    gamma_beta, c_q, eta = coefficients(rho_inf)
-    return gamma_beta * (1 / 3 - 4 * c_q * (1 - kappa) + 4 * eta * (1 - kappa) ** 2 / (ratio - kappa))
-
-
-def nutation_sigma(rho_inf: float, ratio: float) -> float:
-    """The σ that keeps the direction of the angular momentum in free nutation to third order."""
-    gamma_beta, c_q, eta = coefficients(rho_inf)
-    return gamma_beta * (1 / 3 + 4 * c_q * (ratio - 1) + 4 * eta * (ratio - 1) ** 2 / ratio)
-
-
-def unsymmetric_sigma(rho_inf: float, moments: Sequence[float]) -> float:
-    """σ* for spin about the first of three principal axes with these moments of inertia."""
-    j, j1, j2 = moments
-    gamma_beta, c_q, eta = coefficients(rho_inf)
-    q = (4 * j1 * j2 - j * (j1 + j2)) / (2 * j * (j1 + j2 - j))
-    return 4 * gamma_beta * (1 / 12 - c_q + eta * q)
 
 
 # --- a gyroscope: one body, a constant moment in W -------------------------------------------------------------------

@@ -1,0 +1,74 @@
+"""What `sigmafmu run --plot` draws."""
+
+import numpy as np
+import pytest
+from mpl_toolkits.mplot3d import Axes3D
+
+from sigmafmu import plots
+from sigmafmu.loop import studies
+from sigmafmu.result import Result, Statistics
+from sigmafmu.simulate import simulate
+
+SPATIAL = {"HeavyTop", "SliderCrank", "FlexiblePendulum", "FlexibleSliderCrank"}
+MOVED = {"SpinUpBeam": {"hubPivot.motorTorque": 5.0}}
+
+
+def panels(figure):
+    return [axes for axes in figure.axes if axes.lines or isinstance(axes, Axes3D)]
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Function that draws a result and gives the figure back."""
+
+    def draw(result, **options):
+        figures = []
+        monkeypatch.setattr(plots, "save", lambda figure, _path: figures.append(figure))
+        plots.plot(result, "never.png", **options)
+        return figures[0]
+
+    return draw
+
+
+def test_six_panels_at_most_and_a_path_in_space(fmu, model, drawn):
+    result = simulate(fmu(model), stop_time=0.2, step_size=0.002, settings=MOVED.get(model))
+    figure = drawn(result)
+    assert 3 <= len(panels(figure)) <= plots.MAX_PANELS
+    assert any(isinstance(axes, Axes3D) for axes in figure.axes) == (model in SPATIAL)
+    for axes in panels(figure):
+        assert axes.get_title(loc="left") or axes.get_title(), "every panel says what it shows"
+
+
+def test_motion_in_a_plane_is_drawn_in_it(fmu, drawn):
+    figure = drawn(simulate(fmu("SpinUpBeam"), stop_time=5.0, step_size=0.05, settings=MOVED["SpinUpBeam"]))
+    assert figure.axes[0].get_xlabel() == "x in m"
+    assert figure.axes[0].get_ylabel() == "y in m"
+
+
+def test_named_variables_are_drawn_and_nothing_else(fmu, drawn):
+    names = ["crankPivot.angle", "guide.rate"]
+    result = simulate(fmu("SliderCrank"), stop_time=0.02, step_size=0.001, variables=names)
+    figure = drawn(result, named=True)
+    assert len(panels(figure)) == 2
+    for axes, name in zip(figure.axes, names, strict=True):
+        np.testing.assert_array_equal(axes.lines[0].get_ydata(), result[name])
+
+
+def test_many_named_quantities_are_told_to_be_left_out(drawn):
+    names = tuple(f"q{i}" for i in range(9))
+    time = np.linspace(0, 1, 5)
+    units = {name: f"u{i}" for i, name in enumerate(names)}
+    result = Result("Machine", time, names, np.outer(time, np.ones(9)), Statistics(1.0, 0.0, 4), units)
+    figure = drawn(result, named=True)
+    assert len(panels(figure)) == plots.MAX_PANELS
+    assert "without 3 of the quantities" in figure.get_suptitle()
+
+
+@pytest.mark.parametrize("sizes", [[2e-3], [4e-3, 2e-3]])
+def test_the_example_of_couple_draws_lines(sizes):
+    """With one H there is no order to show, but there are errors over time."""
+    runs = studies.spring_runs([1e5], sizes)
+    for axes in studies.spring_figure(runs).axes:
+        assert len(axes.lines) >= 2
+        assert all(len(line.get_xdata()) > 1 for line in axes.lines)
+        assert all(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any() for line in axes.lines)

@@ -1,0 +1,69 @@
+"""What stands in README.md and the pages of docs/: fenced blocks, commands in a line of text, and sentences."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+_FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+_INLINE = re.compile(r"`((?:sigmafmu|python -m sigmafmu)\.?[^`]*)`")
+PROGRAMS = ("sigmafmu", "python", "make", "pip", "cmake", "git")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block."""
+
+    page: str
+    line: int
+    language: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def read(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def blocks() -> list[Block]:
+    """All fenced blocks of all pages, in order."""
+    found = []
+    for page in PAGES:
+        text = read(page)
+        for match in _FENCE.finditer(text):
+            line = text[: match.start()].count("\n") + 2
+            found.append(Block(page.name, line, match["language"], match["text"]))
+    return found
+
+
+def is_shell(block: Block) -> bool:
+    """Whether it holds commands: without a language, and every line begins with a program."""
+    return not block.language and all(line.split()[0] in PROGRAMS for line in command_lines(block))
+
+
+def command_lines(block: Block) -> list[str]:
+    """The commands of a block, without comments and with continued lines joined."""
+    lines = re.sub(r"\\\n\s*", "", block.text).splitlines()
+    return [command for line in lines if (command := line.partition(" #")[0].strip())]
+
+
+def inline_commands() -> list[tuple[str, str]]:
+    """Page and command of every `sigmafmu …` in a sentence that is more than a name."""
+    found = []
+    for page in PAGES:
+        text = _FENCE.sub("", read(page))
+        for match in _INLINE.finditer(text):
+            command = " ".join(match[1].split())
+            if len(command.split()) > 1:
+                found.append((page.name, command))
+    return found
+
+
+def prose(page: str) -> str:
+    """A page with single spaces, for searching sentences."""
+    path = ROOT / page if page == "README.md" else ROOT / "docs" / page
+    return " ".join(read(path).split())

@@ -1,0 +1,168 @@
+"""Every example in README.md and docs/ runs, in order, in a folder of its page; what cannot run says why.
+
+Commands that take long have a shorter stand-in, in which the text around them stays true. Those that are not run are
+parsed, so that no page shows an option that does not exist.
+"""
+
+import re
+import shlex
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+import typer
+from typer.core import TyperGroup
+from typer.testing import CliRunner
+
+from sigmafmu.cli import app
+
+from ..modes.hexahedra import block as hexahedra
+from .pages import ROOT, Block, blocks, command_lines, inline_commands, is_shell
+
+NOT_RUN = {
+    "make": "runs all of this; its targets are looked up",
+    "pip": "installs",
+    "cmake": "is what tests/fmu/test_sources.py does",
+    "sigmafmu study": "takes minutes; `make study QUICK=1` is part of CI",
+    "sigmafmu bench": "takes minutes and measures times",
+    "sigmafmu measure": "takes minutes",
+    "sigmafmu compat": "is what tests/masters does",
+    "sigmafmu couple": "takes minutes; tests/cli/test_figures.py runs it with one stiffness",
+    "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",
+    "python -m sigmafmu.reference.make": "takes hours",
+    "python -m sigmafmu.study.flexible_bending": "is what tests/study/test_flexible_chapter.py does",
+}
+"""Beginning of a command → why it is parsed only."""
+
+SHORTER = {
+    "sigmafmu realtime HeavyTop --rate 1000": ["--duration", "0.3"],
+    "sigmafmu loop HighSpeedRotor --plot": ["--stop-time", "0.05"],
+    "sigmafmu loop HighSpeedRotor --stop-time 1.5": ["--stop-time", "0.1", "--set", "controller.startTime=0.05"],
+    "sigmafmu loop SliderCrank --plot": ["--stop-time", "0.3"],
+    "sigmafmu loop HeavyTop --plot": ["--stop-time", "0.3"],
+}
+"""Beginning of a command → options that make it quick."""
+
+NO_EXAMPLES = {
+    "fmu_src/lie/": "a listing of folders",
+    "from OMSimulator": "OMSimulator is not among the test's packages",
+    "import OMSimulator": "OMSimulator is not among the test's packages",
+    "oms_newModel": "OMSimulator is not among the test's packages",
+}
+"""Beginning of a block → why it is none."""
+
+FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat"}
+"""An --output with another ending is a variable."""
+
+ALL = blocks()
+
+
+def reason_not_to_run(command: str) -> str:
+    return next((why for start, why in NOT_RUN.items() if command.startswith(start)), "")
+
+
+def is_no_example(block: Block) -> bool:
+    return any(start in block.text[:120] for start in NO_EXAMPLES)
+
+
+def resolve(command: str) -> tuple[str, Any, list[str]]:
+    """Name, click command and remaining words."""
+    words = shlex.split(command)[1:]
+    found, name = typer.main.get_command(app), ""
+    context = typer.Context(found)
+    while isinstance(found, TyperGroup) and words:
+        name, found, words = found.resolve_command(context, words)
+    return name, found, words
+
+
+def parse(command: str) -> None:
+    """Raises click's error if the command or one of its options does not exist."""
+    name, found, words = resolve(command)
+    found.make_context(name, words)
+
+
+def _finite_elements(folder: Path) -> None:
+    """A bar of 459 nodes with nine in each end section, as the example has it."""
+    K, M, X = hexahedra((1.0, 0.02, 0.02), (50, 2, 2), 210e9, 0.3, 7850.0)
+    for name, matrix in (("K", K), ("M", M)):
+        scipy.io.mmwrite(folder / f"{name}.mtx", scipy.sparse.coo_matrix(matrix), symmetry="symmetric", precision=17)
+    np.savetxt(folder / "nodes.csv", X, delimiter=",")
+
+
+def run_command(command: str) -> None:
+    shorter = next((options for start, options in SHORTER.items() if command.startswith(start)), [])
+    words = [*shlex.split(command)[1:], *shorter]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0, f"{command}\n{result.output}"
+    for option, name in pairwise(words):
+        if option in ("--output", "--plot", "--file") and Path(name).suffix in FILES:
+            assert Path(name).stat().st_size > 0, f"{command} wrote no {name}"
+            if option == "--plot":
+                assert Path(name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("page", sorted({b.page for b in ALL}))
+def test_examples_of(page, tmp_path, monkeypatch):
+    """In order: a block may use what one before it has made."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    if page == "modes.md":
+        _finite_elements(tmp_path)
+    variables = {"__name__": "__main__"}
+    for block in ALL:
+        if block.page != page or is_no_example(block):
+            continue
+        if is_shell(block):
+            run_shell(block)
+        elif file := re.match(r"# (\w+\.py)\n", block.text):
+            Path(file[1]).write_text(block.text, encoding="utf-8")
+        else:
+            exec(compile(block.text, block.name, "exec"), variables)
+
+
+def run_shell(block: Block) -> None:
+    for command in command_lines(block):
+        if command.startswith("make"):
+            target = command.split()[1]
+            assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE), command
+        elif command.startswith("sigmafmu"):
+            parse(command)
+            if not reason_not_to_run(command):
+                run_command(command)
+        else:
+            assert reason_not_to_run(command), f"{block.name}: {command} is neither run nor excused"
+
+
+def test_nothing_is_left_out():
+    """Every block is run, or has a reason not to be."""
+    forgotten = [b.name for b in ALL if not (is_shell(b) or b.language == "python" or is_no_example(b))]
+    assert forgotten == []
+
+
+@pytest.mark.parametrize("command", sorted({c for _, c in inline_commands() if c.startswith("sigmafmu ")}))
+def test_commands_in_sentences_exist(command):
+    """They are rarely complete, but what they name is there."""
+    _, found, words = resolve(command)
+    known = {option for parameter in found.params for option in parameter.opts}
+    assert {word for word in words if word.startswith("-")} <= known
+
+
+@pytest.mark.parametrize("module", sorted({c.split()[2] for _, c in inline_commands() if c.startswith("python")}))
+def test_modules_in_sentences_exist(module):
+    __import__(module)
+    assert module in sys.modules
+
+
+@pytest.mark.parametrize("name", sorted(typer.main.get_command(app).commands))
+def test_the_example_of_every_help_exists(name):
+    command = typer.main.get_command(app).commands[name]
+    example = re.sub(r"\s+", " ", command.epilog or "").partition("Example: ")[2].partition(" | ")[0]
+    if isinstance(command, TyperGroup) and not example:
+        example = command.callback.__doc__ or ""
+    assert example.startswith("sigmafmu "), name
+    parse(example)

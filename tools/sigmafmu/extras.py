@@ -1,0 +1,15 @@
+"""What to install when a command needs a package that is not there."""
+
+EXTRAS = {"exudyn": "reference", "scipy": "reference", "mpmath": "reference", "pythonfmu": "loop", "lxml": "loop"}
+"""Package → extra that brings it."""
+EXTRA_OF_COMMAND = {"modes": "modes", "ssp": "loop"}
+"""Commands for which a smaller extra is enough."""
+
+
+def missing(package: str, command: str = "") -> str:
+    """A sentence about the absent `package`, and how `command` gets it; empty if no extra brings it."""
+    name = package.partition(".")[0]
+    if name not in EXTRAS:
+        return ""
+    extra = EXTRA_OF_COMMAND.get(command, EXTRAS[name])
+    return f"{name} is not installed; in the folder of sigmafmu's sources, pip install '.[{extra}]' brings it"
