@@ -23,10 +23,15 @@ bool same_time(double a, double b, double step) {
   return std::abs(a - b) <= 1e-6 * step + 1e-9 * std::max(std::abs(a), std::abs(b));
 }
 
+Mechanism with_joint_values(Mechanism mechanism) {
+  find_joint_values(mechanism.multibody);
+  return mechanism;
+}
+
 }  // namespace
 
 Slave::Slave(Mechanism defaults, std::string identity, Reporter report)
-    : defaults_(std::move(defaults)),
+    : defaults_(with_joint_values(std::move(defaults))),
       identity_(std::move(identity)),
       report_(std::move(report)),
       mechanism_(defaults_),
@@ -94,6 +99,7 @@ void Slave::enter_initialization() { data_.phase = Phase::initialization; }
 void Slave::exit_initialization() {
   ensure_initialized();
   data_.phase = Phase::step;
+  warn_about_initial_values();
   warn_about_settings();
 }
 
@@ -112,6 +118,7 @@ void Slave::initialize() {
   if (!engine_->integrator->initialize(data_.state, data_.input)) {
     throw Discarded("The accelerations at the start cannot be computed: redundant joints, or a value that overflows.");
   }
+  count_turns(mechanism_.multibody, data_.state.angle);
   data_.last_input = data_.input.derivative[0];
   data_.stale = false;
 }
@@ -403,6 +410,13 @@ void Slave::describe_failure(const StepFailure& f) {
   }
   text << "; the last successful time is " << data_.state.time << " s.";
   message_ = text.str();
+}
+
+void Slave::warn_about_initial_values() const {
+  const State& s = data_.state;
+  const std::string moved =
+      describe_moved_values(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
+  if (!moved.empty()) report_(Report::warning, moved);
 }
 
 void Slave::warn_about_settings() const {

@@ -1,0 +1,63 @@
+#include "integrator/contradiction.h"
+
+#include <Eigen/QR>
+#include <cmath>
+
+namespace sigmafmu {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRank = 1e-10;        // of A
+constexpr double kSignificant = 1e-8;  // of what is left, against r
+
+// r + A x at the x that makes it smallest, for the claims that are listened to; 0 in other rows.
+VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim>& claims,
+                   const std::vector<bool>& heard) {
+  std::vector<bool> fixed(A.cols(), false);
+  std::vector<int> rows, columns;
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    if (!heard[i]) continue;
+    rows.insert(rows.end(), claims[i].rows.begin(), claims[i].rows.end());
+    for (int k : claims[i].columns) fixed[k] = true;
+  }
+  for (int k = 0; k < A.cols(); ++k) {
+    if (!fixed[k]) columns.push_back(k);
+  }
+  VectorXd result = VectorXd::Zero(r.size()), gaps = r(rows);
+  if (!rows.empty() && !columns.empty()) {
+    const MatrixXd part = A(rows, columns);
+    gaps -= part * Eigen::CompleteOrthogonalDecomposition<MatrixXd>().setThreshold(kRank).compute(part).solve(gaps);
+  }
+  result(rows) = gaps;
+  return result;
+}
+
+}  // namespace
+
+std::optional<Contradiction> find_contradiction(const MatrixXd& A, const VectorXd& r,
+                                                const std::vector<Claim>& claims) {
+  std::vector<bool> heard(claims.size(), true);
+  const double significant = kSignificant * r.lpNorm<Eigen::Infinity>();
+  VectorXd left = left_over(A, r, claims, heard);
+  if (!(left.lpNorm<Eigen::Infinity>() > significant)) return std::nullopt;
+  for (std::size_t i = claims.size(); i-- > 0;) {
+    heard[i] = false;
+    const VectorXd without = left_over(A, r, claims, heard);
+    heard[i] = !(without.lpNorm<Eigen::Infinity>() > significant);
+    if (!heard[i]) left = without;
+  }
+  Contradiction result;
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    if (heard[i]) result.claims.push_back(static_cast<int>(i));
+  }
+  // What is left is shared by the equations in proportion to the combination of them that cannot be met.
+  Eigen::Index row;
+  const double share = left.cwiseAbs().maxCoeff(&row);
+  result.row = static_cast<int>(row);
+  result.gap = left.squaredNorm() / share;
+  return result;
+}
+
+}  // namespace sigmafmu
