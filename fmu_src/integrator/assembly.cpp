@@ -32,7 +32,9 @@ void read_initial_values(const MultibodyDef& definition, const System& system, V
   }
 }
 
-void require_agreeing_axes(const MultibodyDef& definition, const System& system, const Evaluation& e) {
+void require_agreeing_axes(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
   for (int j = 0; j < system.joint_count(); ++j) {
     if (system.joint(j).axes_agree(system.attachment(e, j, 0), system.attachment(e, j, 1))) continue;
     throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
@@ -50,7 +52,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
-  require_agreeing_axes(definition, system, solver.evaluation());
+  require_agreeing_axes(definition, system, q);
   if (!solver.project_velocities(q, v)) {
     throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
   }
@@ -115,9 +117,7 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   const auto moves = [](const auto& entry) { return entry.first.of_motion(); };
   if (!std::all_of(definition.held.begin(), definition.held.end(), moves)) {
     projection.positions(q);
-    Evaluation e = system.make_evaluation();
-    system.evaluate(q, v, e);
-    require_agreeing_axes(definition, system, e);
+    require_agreeing_axes(definition, system, q);
   }
   projection.velocities(q0, q, v);
 }
@@ -146,20 +146,21 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
   text.imbue(std::locale::classic());
   int moved = 0;
   for (auto [what, size] : all_initial_values(definition, system)) {
-    VectorXd before(size), after(size);
-    bool held = true;
+    VectorXd before(size), after(size), change;
     for (int& c = what.component = 0; c < size; ++c) {
       before[c] = present(system, e0, q0, v0, what);
       after[c] = present(system, e, q, v, what);
-      held = held && definition.held.count(what) > 0;
     }
     const bool orientation = what.kind == Kind::quaternion;
     if (orientation && before.dot(after) < 0) before = -before;
-    for (what.component = 0; orientation && what.component < size; ++what.component) {
-      held = held || definition.held.count(what) > 0;  // one of them holds all
-    }
     const double scale = 1.0 + before.lpNorm<Eigen::Infinity>() + after.lpNorm<Eigen::Infinity>();
-    if (held || (after - before).lpNorm<Eigen::Infinity>() <= kRounding * scale) continue;
+    change = after - before;
+    for (int& c = what.component = 0; c < size; ++c) {
+      if (definition.held.count(what) == 0) continue;
+      change[c] = 0;
+      if (orientation) change.setZero();  // one of its elements holds all
+    }
+    if (change.lpNorm<Eigen::Infinity>() <= kRounding * scale) continue;
     if (++moved > kShown) continue;
     text << (moved > 1 ? ", " : "") << initial_name(definition, what);
     const auto write = [&](const VectorXd& x) {
@@ -176,6 +177,8 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 }
 
 void find_joint_values(MultibodyDef& definition) {
+  const auto& joints = definition.joints;
+  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.has_coordinate(); })) return;
   const System system(definition);
   ConsistentSolver solver(system);
   VectorXd q(system.position_size()), v(system.velocity_size());

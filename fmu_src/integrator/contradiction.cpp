@@ -9,12 +9,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRank = 1e-10;        // of A
-constexpr double kSignificant = 1e-8;  // of what is left, against r
+constexpr double kSignificant = 1e-6;  // of what is left, against r
 
 // r + A x at the x that makes it smallest, for the claims that are listened to; 0 in other rows.
 VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim>& claims,
-                   const std::vector<bool>& heard) {
+                   const std::vector<bool>& heard, double rank) {
   std::vector<bool> fixed(A.cols(), false);
   std::vector<int> rows, columns;
   for (std::size_t i = 0; i < claims.size(); ++i) {
@@ -28,7 +27,7 @@ VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim
   VectorXd result = VectorXd::Zero(r.size()), gaps = r(rows);
   if (!rows.empty() && !columns.empty()) {
     const MatrixXd part = A(rows, columns);
-    gaps -= part * Eigen::CompleteOrthogonalDecomposition<MatrixXd>().setThreshold(kRank).compute(part).solve(gaps);
+    gaps -= part * Eigen::CompleteOrthogonalDecomposition<MatrixXd>().setThreshold(rank).compute(part).solve(gaps);
   }
   result(rows) = gaps;
   return result;
@@ -36,17 +35,25 @@ VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim
 
 }  // namespace
 
-std::optional<Contradiction> find_contradiction(const MatrixXd& A, const VectorXd& r,
-                                                const std::vector<Claim>& claims) {
+Contradiction find_contradiction(const MatrixXd& A, const VectorXd& r, const std::vector<Claim>& claims,
+                                 std::size_t values) {
   std::vector<bool> heard(claims.size(), true);
   const double significant = kSignificant * r.lpNorm<Eigen::Infinity>();
-  VectorXd left = left_over(A, r, claims, heard);
-  if (!(left.lpNorm<Eigen::Infinity>() > significant)) return std::nullopt;
+  // A loses rank where the least is left, and nobody comes closer to that point than the root of rounding.
+  double rank = 1e-10;
+  VectorXd left = left_over(A, r, claims, heard, rank);
+  while (left.lpNorm<Eigen::Infinity>() < 0.5 * r.lpNorm<Eigen::Infinity>() && rank < 0.1) {
+    left = left_over(A, r, claims, heard, rank *= 10);
+  }
+  std::size_t values_heard = values;
   for (std::size_t i = claims.size(); i-- > 0;) {
+    if (i < values && values_heard == 1) continue;
     heard[i] = false;
-    const VectorXd without = left_over(A, r, claims, heard);
+    const VectorXd without = left_over(A, r, claims, heard, rank);
     heard[i] = !(without.lpNorm<Eigen::Infinity>() > significant);
-    if (!heard[i]) left = without;
+    if (heard[i]) continue;
+    left = without;
+    if (i < values) --values_heard;
   }
   Contradiction result;
   for (std::size_t i = 0; i < claims.size(); ++i) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 namespace sigmafmu {
@@ -18,8 +17,8 @@ struct Contradiction {
   double gap;               // ... and by how much
 };
 
-// Empty if the equations of all claims have a solution. Claims are kept rather if they come early.
-std::optional<Contradiction> find_contradiction(const Eigen::MatrixXd& A, const Eigen::VectorXd& r,
-                                                const std::vector<Claim>& claims);
+// r is what is left where the least can be left. Of the first `values` claims, if any, one at least is to blame.
+Contradiction find_contradiction(const Eigen::MatrixXd& A, const Eigen::VectorXd& r, const std::vector<Claim>& claims,
+                                 std::size_t values);
 
 }  // namespace sigmafmu

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <locale>
 #include <sstream>
@@ -23,29 +24,30 @@ constexpr double kIndependent = 1e-10;  // of equations whose gradients have len
 // Gaps relative to the positions or velocities: rounding, what is aimed at, what values that are set may leave.
 constexpr double kRounding = 1e-15, kReached = 1e-12, kAllowed = 1e-10;
 
-// Some columns of A, in coordinates whose mass is 1.
-struct Columns {
-  const std::vector<int>& index;
-  Eigen::LLT<MatrixXd> mass;
-  MatrixXd A;
-
-  Columns(const MatrixXd& all, const MatrixXd& M, const std::vector<int>& chosen) : index(chosen) {
-    A = all(Eigen::all, chosen);
-    if (chosen.empty()) return;
-    mass.compute(M(chosen, chosen));
-    mass.matrixU().solveInPlace<Eigen::OnTheRight>(A);
-  }
-  void put(const VectorXd& y, VectorXd& x) const {
-    if (index.empty()) return;
-    const VectorXd motion = mass.matrixU().solve(y);
-    x(index) = motion;
-  }
-};
-
 // The shortest y with A y = -r, as nearly as it can be.
 VectorXd shortest(const MatrixXd& A, const VectorXd& r) {
   if (A.size() == 0 || A.cwiseAbs().maxCoeff() < kIndependent) return VectorXd::Zero(A.cols());
   return Decomposition().setThreshold(kIndependent).compute(A).solve(-r);
+}
+
+// Solves A[0] y[0] + A[1] y[1] + ... = -r, as nearly as it can be, with the shortest last y, then the shortest last but
+// one, and so on.
+void shortest_in_turn(const MatrixXd* A, int count, const VectorXd& r, VectorXd* y) {
+  if (count == 1) {
+    *y = shortest(*A, r);
+    return;
+  }
+  // Orthogonal combinations of the equations, the last ones free of y[0].
+  const bool none = A[0].size() == 0;
+  const Decomposition first = Decomposition().setThreshold(kIndependent).compute(none ? MatrixXd::Zero(r.size(), 1) : A[0]);
+  const Eigen::Index left = r.size() - first.rank();
+  const auto Q = first.householderQ().adjoint();
+  std::vector<MatrixXd> others;
+  for (int i = 1; i < count; ++i) others.push_back(MatrixXd(Q * A[i]).bottomRows(left));
+  shortest_in_turn(others.data(), count - 1, VectorXd(Q * r).tail(left), y + 1);
+  VectorXd rest = r;
+  for (int i = 1; i < count; ++i) rest += A[i] * y[i];
+  y[0] = shortest(A[0], rest);
 }
 
 // "a, b and c"; a long list is cut.
@@ -112,10 +114,10 @@ void HeldProjection::fix(bool motion) {
     if (what.of_joint() || what.of_motion() != motion) continue;
     for (int k : columns(what)) fixed[k] = true;
   }
-  translations_.clear(), others_.clear();
+  const int frames = kVelocitiesPerBody * system_.body_count();
+  for (auto& level : free_) level.clear();
   for (int k = 0; k < system_.velocity_size(); ++k) {
-    const bool translation = k < kVelocitiesPerBody * system_.body_count() && k % kVelocitiesPerBody < 3;
-    if (!fixed[k]) (translation ? translations_ : others_).push_back(k);
+    if (!fixed[k]) free_[k >= frames ? 2 : k % kVelocitiesPerBody < 3 ? 0 : 1].push_back(k);
   }
 }
 
@@ -211,30 +213,51 @@ void HeldProjection::find_mass() {
   }
 }
 
-// The motion x of what is free with A x = -gaps, as nearly as it can be: the least of orientations and modes, then the
-// least of positions.
+// The motion x of what is free with A x = -gaps, as nearly as it can be: the least of the modes, then of the
+// orientations, then of the positions.
 VectorXd HeldProjection::least_motion(const VectorXd& gaps) const {
-  Columns T(A_, M_, translations_), O(A_, M_, others_);
-  VectorXd r = gaps;
-  for (Eigen::Index i = 0; i < r.size(); ++i) {
-    const double length = std::hypot(T.A.row(i).norm(), O.A.row(i).norm());
-    if (length == 0) continue;
-    T.A.row(i) /= length, O.A.row(i) /= length, r[i] /= length;
+  std::array<MatrixXd, kLevels> A;
+  std::array<VectorXd, kLevels> y;
+  std::array<Eigen::LLT<MatrixXd>, kLevels> mass;
+  VectorXd r = gaps, lengths = VectorXd::Zero(r.size());
+  for (int i = 0; i < kLevels; ++i) {  // coordinates in which the mass is 1
+    A[i] = A_(Eigen::all, free_[i]);
+    if (A[i].cols() == 0) continue;
+    mass[i].compute(M_(free_[i], free_[i]));
+    mass[i].matrixU().solveInPlace<Eigen::OnTheRight>(A[i]);
+    lengths += A[i].rowwise().squaredNorm();
   }
-  VectorXd x = VectorXd::Zero(A_.cols()), y;
-  if (T.A.size() == 0) {
-    y = shortest(O.A, r);
-  } else {  // the combinations of equations that positions cannot change
-    const Decomposition t = Decomposition().setThreshold(kIndependent).compute(T.A);
-    const Eigen::Index left = r.size() - t.rank();
-    const auto Q = t.householderQ().adjoint();
-    const MatrixXd QO = Q * O.A;
-    const VectorXd Qr = Q * r;
-    y = shortest(QO.bottomRows(left), Qr.tail(left));
-    T.put(shortest(T.A, r + O.A * y), x);
+  lengths = (lengths.array() > 0).select(lengths.cwiseSqrt(), 1.0);
+  for (MatrixXd& level : A) level.array().colwise() /= lengths.array();
+  r.array() /= lengths.array();
+  shortest_in_turn(A.data(), kLevels, r, y.data());
+  VectorXd x = VectorXd::Zero(A_.cols());
+  for (int i = 0; i < kLevels; ++i) {
+    if (!free_[i].empty()) x(free_[i]) = VectorXd(mass[i].matrixU().solve(y[i]));
   }
-  O.put(y, x);
   return x;
+}
+
+VectorXd HeldProjection::moved(const VectorXd& q, const VectorXd& x) const {
+  VectorXd result(q.size());
+  for (int i = 0; i < system_.body_count(); ++i) {
+    result.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), x.segment<6>(6 * i));
+  }
+  result.tail(system_.modal_count()) = q.tail(system_.modal_count()) + x.tail(system_.modal_count());
+  return result;
+}
+
+// What makes all equations lengths: 1, or the size of the mechanism for directions and angles.
+VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const {
+  VectorXd result(system_.constraint_size() + static_cast<Eigen::Index>(coordinates.size()));
+  result.setConstant(size_);
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    result.segment(system_.lambda_index(j), system_.joint(j).length_equations()).setOnes();
+  }
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    if (definition_.joints[coordinates[i].joint].type == JointType::prismatic) result[system_.constraint_size() + i] = 1;
+  }
+  return result;
 }
 
 // Newton's method. False when it comes to a halt elsewhere.
@@ -257,10 +280,34 @@ bool HeldProjection::close(const Coordinates& coordinates, double s, int most_it
     for (int i = 0; i < system_.body_count(); ++i) rotation = std::max(rotation, x.segment<3>(6 * i + 3).norm());
     if (rotation > kMaxRotation) x *= kMaxRotation / rotation;
     if (x.lpNorm<Eigen::Infinity>() <= kRounding * scale) return largest <= kAllowed * scale;
-    for (int i = 0; i < system_.body_count(); ++i) {
-      q.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), x.segment<6>(6 * i));
+    q = moved(q, x);
+  }
+}
+
+// Levenberg and Marquardt's method: to where the gaps are smallest, whether that is zero or not.
+void HeldProjection::approach(const Coordinates& coordinates, VectorXd& q) {
+  constexpr int kIterations = 300;
+  constexpr double kSmallest = 1e-9, kLargest = 1e9, kProgress = 1e-14;
+  std::vector<int> free;
+  for (const auto& level : free_) free.insert(free.end(), level.begin(), level.end());
+  const VectorXd weights = lengths_of_units(coordinates);
+  VectorXd r = weights.cwiseProduct(gaps(q, coordinates, 1.0)), x = VectorXd::Zero(system_.velocity_size());
+  if (free.empty() || !r.allFinite()) return;
+  double damping = 1e-3;
+  for (int i = 0; i < kIterations; ++i) {
+    linearize(q, coordinates);
+    const MatrixXd A = weights.asDiagonal() * A_(Eigen::all, free);
+    const double before = r.squaredNorm();
+    for (bool better = false; !better; damping = better ? std::max(0.1 * damping, kSmallest) : 10 * damping) {
+      if (damping > kLargest) return;
+      MatrixXd H = A.transpose() * A;
+      H.diagonal().array() += damping;
+      x(free) = VectorXd(H.llt().solve(-A.transpose() * r));
+      const VectorXd q_x = moved(q, x), r_x = weights.cwiseProduct(gaps(q_x, coordinates, 1.0));
+      better = r_x.squaredNorm() < before;
+      if (better) q = q_x, r = r_x;
     }
-    q.tail(system_.modal_count()) += x.tail(system_.modal_count());
+    if (r.squaredNorm() >= (1 - kProgress) * before) return;
   }
 }
 
@@ -286,7 +333,7 @@ int HeldProjection::steps(const VectorXd& q0, const Coordinates& coordinates) co
 // the end alone counts, unless the way itself is the `condition`.
 bool HeldProjection::follow(const VectorXd& q0, const Coordinates& coordinates, bool condition, VectorXd& q) {
   constexpr int kOnTheWay = 8, kAtTheEnd = 100;
-  const int tries = condition ? 0 : 3;
+  const int tries = condition ? 0 : 4;
   q = q0;
   const int n = steps(q0, coordinates);
   for (int i = 1; i < n; ++i) {
@@ -294,18 +341,44 @@ bool HeldProjection::follow(const VectorXd& q0, const Coordinates& coordinates, 
     impose(q0, s, q);
     if (!close(coordinates, s, kOnTheWay, q) && condition) return false;
   }
+  VectorXd nearest;  // if there is no good end
+  bool closed_badly = false;
   for (int attempt = 0;; ++attempt) {
     impose(q0, 1.0, q);
-    const bool closed = close(coordinates, 1.0, kAtTheEnd, q);
-    impose(q0, 1.0, q);  // to the last bit
-    if (closed || attempt == tries || !q.allFinite()) return closed;
-    // A point where every direction is level, as at the top of a circle, is left by a turn that favours no direction.
-    for (int i = 0; i < system_.body_count(); ++i) {
-      lie::Vector6d turn = lie::Vector6d::Zero();
-      for (int c = 0; c < 3; ++c) turn[3 + c] = std::ldexp(0.05, attempt) * std::cos(1.0 + 3 * i + c);
-      q.segment<7>(7 * i) = lie::compose(q.segment<7>(7 * i), turn);
+    bool closed = close(coordinates, 1.0, kAtTheEnd, q);
+    if (!closed && !condition) {
+      approach(coordinates, q);
+      if (attempt == 0) nearest = q;
+      closed = close(coordinates, 1.0, kAtTheEnd, q);
     }
+    if (closed && axes_agree()) {
+      impose(q0, 1.0, q);  // to the last bit
+      return true;
+    }
+    if (attempt == tries) break;
+    if (attempt == 0) {
+      closed_badly = closed;
+      if (closed) nearest = q;
+      q = q0;  // at one go
+      continue;
+    }
+    // A point where every direction is level, as at the top of a circle, is left by a turn that favours no direction.
+    VectorXd turn = VectorXd::Zero(system_.velocity_size());
+    for (int i = 0; i < system_.body_count(); ++i) {
+      for (int c = 0; c < 3; ++c) turn[6 * i + 3 + c] = std::ldexp(0.05, attempt) * std::cos(1.0 + 3 * i + c);
+    }
+    q = moved(nearest, turn);
   }
+  if (condition) return false;
+  q = nearest;
+  return closed_badly;  // the caller says what is wrong with it
+}
+
+bool HeldProjection::axes_agree() const {
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    if (!system_.joint(j).axes_agree(system_.attachment(e_, j, 0), system_.attachment(e_, j, 1))) return false;
+  }
+  return true;
 }
 
 // Solves with what is held and as many of the wishes as can be had, in their order.
@@ -376,6 +449,32 @@ void HeldProjection::refuse(const VectorXd& gaps, const Coordinates& coordinates
   std::vector<Claim> claims;
   std::vector<std::string> names;
   std::vector<const char*> units(gaps.size(), motion ? "rad/s" : "rad");
+  const auto write = [](const auto&... parts) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    (text << ... << parts);
+    return text.str();
+  };
+  for (const auto& [what, start] : definition_.held) {
+    if (what.of_motion() != motion) continue;
+    Claim claim;
+    std::string name = initial_name(definition_, what);
+    if (what.kind == Kind::quaternion) {  // one for all four elements
+      if (!names.empty() && names.back() == name) continue;
+    } else {
+      if (!what.of_joint()) name += "[" + std::to_string(what.component + 1) + "]";
+      name += write(" = ", initial_value(definition_, what), " ", initial_unit(definition_, what));
+    }
+    if (!what.of_joint()) claim.columns = columns(what);
+    for (std::size_t i = 0; what.of_joint() && i < coordinates.size(); ++i) {
+      if (coordinates[i].joint != what.object) continue;
+      claim.rows.push_back(system_.constraint_size() + static_cast<int>(i));
+      units[claim.rows.back()] = initial_unit(definition_, what);
+    }
+    claims.push_back(claim);
+    names.push_back(name);
+  }
+  const std::size_t values = claims.size();
   for (int j = 0; j < system_.joint_count(); ++j) {
     Claim claim;
     for (int i = 0; i < system_.joint(j).equations(); ++i) claim.rows.push_back(system_.lambda_index(j) + i);
@@ -383,60 +482,26 @@ void HeldProjection::refuse(const VectorXd& gaps, const Coordinates& coordinates
     claims.push_back(claim);
     names.push_back(definition_.joints[j].name);
   }
-  const std::size_t joints = claims.size();
-  for (const auto& [what, start] : definition_.held) {
-    if (what.of_motion() != motion) continue;
-    Claim claim;
-    std::ostringstream name;
-    name.imbue(std::locale::classic());
-    name.precision(10);
-    name << initial_name(definition_, what);
-    if (what.of_joint()) {
-      int row = system_.constraint_size();
-      for (const Coordinate& c : coordinates) {
-        if (c.joint == what.object) claim.rows.push_back(row), units[row] = initial_unit(definition_, what);
-        ++row;
-      }
-    } else {
-      claim.columns = columns(what);
-      if (what.kind != Kind::quaternion) name << "[" << what.component + 1 << "]";
-    }
-    if (what.kind == Kind::quaternion) {  // one for all four
-      if (std::find(names.begin(), names.end(), name.str()) != names.end()) continue;
-    } else {
-      name << " = " << initial_value(definition_, what) << " " << initial_unit(definition_, what);
-    }
-    claims.push_back(claim);
-    names.push_back(name.str());
-  }
 
-  std::vector<std::string> culprits[2];  // values, joints
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  const auto contradiction = find_contradiction(A_, gaps, claims);
-  if (!contradiction) {
-    Eigen::Index row;
-    const double gap = gaps.cwiseAbs().maxCoeff(&row);
-    for (std::size_t i = joints; i < names.size(); ++i) culprits[0].push_back(names[i]);
-    std::size_t joint = 0;
-    while (joint + 1 < joints && system_.lambda_index(static_cast<int>(joint) + 1) <= row) ++joint;
-    text << "The mechanism cannot be brought from its default position";
-    if (!culprits[0].empty()) text << " to " << list(culprits[0]);
-    text << ": " << gap << " " << units[row] << " are left";
-    if (row < system_.constraint_size()) text << " at joint " << names[joint];
-    throw std::runtime_error(text.str() + ".");
-  }
-  for (int i : contradiction->claims) culprits[static_cast<std::size_t>(i) < joints].push_back(names[i]);
-  const auto& [values, of_joints] = culprits;
-  const std::string joint_list = (of_joints.size() == 1 ? "joint " : "joints ") + list(of_joints);
-  if (values.empty()) {
-    text << "The mechanism cannot be assembled: " << joint_list << " cannot be closed" << (of_joints.size() > 1 ? " together" : "");
+  const VectorXd weights = lengths_of_units(coordinates);
+  const Contradiction found =
+      find_contradiction(weights.asDiagonal() * A_, weights.cwiseProduct(gaps), claims, values);
+  std::vector<std::string> parties[2];  // values, joints
+  for (int i : found.claims) parties[static_cast<std::size_t>(i) >= values].push_back(names[i]);
+  const auto& [of_values, of_joints] = parties;
+  // The equations of directions miss by the sine of an angle.
+  const bool direction = !motion && found.row < system_.constraint_size() && *units[found.row] == 'r';
+  const double missing = found.gap / weights[found.row];
+  const double gap = direction ? std::asin(std::min(missing, 1.0)) : missing;
+  const std::string joints = (of_joints.size() == 1 ? "joint " : "joints ") + list(of_joints);
+  std::string text = list(of_values);
+  if (of_values.empty()) {
+    text = "The mechanism cannot be assembled from its initial positions: " + joints + " cannot be closed" +
+           (of_joints.size() > 1 ? " together, they miss" : ", it misses");
   } else {
-    text << list(values) << (values.size() == 1 ? " contradicts " : " contradict ")
-         << (of_joints.empty() ? "each other" : joint_list);
+    text += (of_values.size() == 1 ? " contradicts " : " contradict ") + (of_joints.empty() ? "each other" : joints);
   }
-  text << "; " << contradiction->gap << " " << units[contradiction->row] << " are left.";
-  throw std::runtime_error(text.str());
+  throw std::runtime_error(write(text, " by ", gap, " ", units[found.row], "."));
 }
 
 }  // namespace sigmafmu
