@@ -414,8 +414,7 @@ void Slave::describe_failure(const StepFailure& f) {
 
 void Slave::warn_about_initial_values() const {
   const State& s = data_.state;
-  const std::string moved =
-      describe_moved_values(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
+  const std::string moved = describe_moved_values(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
   if (!moved.empty()) report_(Report::warning, moved);
 }
 

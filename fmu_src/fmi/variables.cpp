@@ -151,11 +151,10 @@ class Table {
       parameter(object, name + suffix, type, description, access, variability).component = i;
     });
   }
-  // An initial value; what the joints make of it is the same for all.
   Variable& initial(const InitialValue& what, const std::string& suffix, const char* type,
                     const std::string& description) {
-    Variable& v = add(initial_name(mechanism_.multibody, what) + suffix, type,
-                      description + " (kept if set; else it gives way to what is set)");
+    Variable& v =
+        add(initial_name(mechanism_.multibody, what) + suffix, type, description + "; stays if set, gives way if not");
     v.causality = Causality::parameter;
     v.variability = Variability::fixed;
     v.initial = what;
@@ -223,7 +222,7 @@ void Table::body(int b, const std::string& n) {
   using Kind = InitialValue::Kind;
   initial_vector({Kind::position, b}, 3, "Position", "Initial position in W");
   initial_vector({Kind::quaternion, b}, 4, "Quaternion",
-                 "Initial orientation R_WB (w, x, y, z), normalized; all four are set if one is");
+                 "Initial orientation R_WB (w, x, y, z), normalized, set as a whole");
   initial_vector({Kind::velocity, b}, 3, "Velocity", "Initial velocity in W");
   initial_vector({Kind::angular_velocity, b}, 3, "AngularVelocity", "Initial angular velocity in body axes");
 }

@@ -1,4 +1,5 @@
-// The start of a mechanism: positions and velocities that satisfy its joints, from the initial values of its definition.
+// The start of a mechanism: positions and velocities that satisfy its joints, from the initial values of its
+// definition.
 //
 // Where nothing was set all initial values give way, by the least change in the mass metric. Values that were set
 // (MultibodyDef::held) stay, and the others give way to them, starting from where they are when nothing is set.

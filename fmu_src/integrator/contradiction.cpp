@@ -1,7 +1,8 @@
 #include "integrator/contradiction.h"
 
-#include <Eigen/QR>
 #include <cmath>
+
+#include "integrator/least_squares.h"
 
 namespace sigmafmu {
 namespace {
@@ -24,12 +25,13 @@ VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim
   for (int k = 0; k < A.cols(); ++k) {
     if (!fixed[k]) columns.push_back(k);
   }
-  VectorXd result = VectorXd::Zero(r.size()), gaps = r(rows);
+  VectorXd gaps(static_cast<Eigen::Index>(rows.size())), result = VectorXd::Zero(r.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) gaps[static_cast<Eigen::Index>(i)] = r[rows[i]];
   if (!rows.empty() && !columns.empty()) {
-    const MatrixXd part = A(rows, columns);
-    gaps -= part * Eigen::CompleteOrthogonalDecomposition<MatrixXd>().setThreshold(rank).compute(part).solve(gaps);
+    const MatrixXd part = pick(A, rows, columns);
+    gaps += part * LeastSquares(part, rank).solve(gaps);
   }
-  result(rows) = gaps;
+  for (std::size_t i = 0; i < rows.size(); ++i) result[rows[i]] = gaps[static_cast<Eigen::Index>(i)];
   return result;
 }
 

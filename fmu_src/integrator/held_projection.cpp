@@ -1,9 +1,6 @@
 #include "integrator/held_projection.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <locale>
 #include <sstream>
@@ -11,43 +8,43 @@
 #include <string>
 
 #include "integrator/contradiction.h"
+#include "integrator/least_squares.h"
 #include "lie/r3xso3.h"
 
 namespace sigmafmu {
 namespace {
 
 using Kind = InitialValue::Kind;
-using Decomposition = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
 
 constexpr double kTwoPi = 6.28318530717958647692;
 constexpr double kIndependent = 1e-10;  // of equations whose gradients have length 1
 // Gaps relative to the positions or velocities: rounding, what is aimed at, what values that are set may leave.
 constexpr double kRounding = 1e-15, kReached = 1e-12, kAllowed = 1e-10;
 
+// Rounding alone, of equations whose gradients have length 1.
+bool negligible(const MatrixXd& A) { return A.size() == 0 || A.cwiseAbs().maxCoeff() < kIndependent; }
+
 // The shortest y with A y = -r, as nearly as it can be.
 VectorXd shortest(const MatrixXd& A, const VectorXd& r) {
-  if (A.size() == 0 || A.cwiseAbs().maxCoeff() < kIndependent) return VectorXd::Zero(A.cols());
-  return Decomposition().setThreshold(kIndependent).compute(A).solve(-r);
+  if (negligible(A)) return VectorXd::Zero(A.cols());
+  return LeastSquares(A, kIndependent).solve(r);
 }
 
 // Solves A[0] y[0] + A[1] y[1] + ... = -r, as nearly as it can be, with the shortest last y, then the shortest last but
 // one, and so on.
 void shortest_in_turn(const MatrixXd* A, int count, const VectorXd& r, VectorXd* y) {
-  if (count == 1) {
+  if (count == 1 || negligible(*A)) {
     *y = shortest(*A, r);
+    if (count > 1) shortest_in_turn(A + 1, count - 1, r, y + 1);
     return;
   }
-  // Orthogonal combinations of the equations, the last ones free of y[0].
-  const bool none = A[0].size() == 0;
-  const Decomposition first = Decomposition().setThreshold(kIndependent).compute(none ? MatrixXd::Zero(r.size(), 1) : A[0]);
-  const Eigen::Index left = r.size() - first.rank();
-  const auto Q = first.householderQ().adjoint();
+  const LeastSquares first(A[0], kIndependent);
   std::vector<MatrixXd> others;
-  for (int i = 1; i < count; ++i) others.push_back(MatrixXd(Q * A[i]).bottomRows(left));
-  shortest_in_turn(others.data(), count - 1, VectorXd(Q * r).tail(left), y + 1);
+  for (int i = 1; i < count; ++i) others.push_back(first.beyond(A[i]));
+  shortest_in_turn(others.data(), count - 1, first.beyond(r), y + 1);
   VectorXd rest = r;
   for (int i = 1; i < count; ++i) rest += A[i] * y[i];
-  y[0] = shortest(A[0], rest);
+  y[0] = first.solve(rest);
 }
 
 // "a, b and c"; a long list is cut.
@@ -137,8 +134,8 @@ void HeldProjection::impose(const VectorXd& q0, double s, VectorXd& q) const {
       const Vector4d set = body.initial_quaternion.normalized();
       lie::Vector6d motion = lie::Vector6d::Zero();
       const auto q0_body = q0.segment<7>(at);
-      motion.tail<3>() = s * lie::log(lie::quaternion(q0_body).conjugate() *
-                                      Eigen::Quaterniond(set[0], set[1], set[2], set[3]));
+      motion.tail<3>() =
+          s * lie::log(lie::quaternion(q0_body).conjugate() * Eigen::Quaterniond(set[0], set[1], set[2], set[3]));
       q.segment<4>(at + 3) = s < 1 ? Vector4d(lie::compose(q0_body, motion).tail<4>()) : set;
     }
   }
@@ -216,24 +213,26 @@ void HeldProjection::find_mass() {
 // The motion x of what is free with A x = -gaps, as nearly as it can be: the least of the modes, then of the
 // orientations, then of the positions.
 VectorXd HeldProjection::least_motion(const VectorXd& gaps) const {
-  std::array<MatrixXd, kLevels> A;
-  std::array<VectorXd, kLevels> y;
-  std::array<Eigen::LLT<MatrixXd>, kLevels> mass;
-  VectorXd r = gaps, lengths = VectorXd::Zero(r.size());
-  for (int i = 0; i < kLevels; ++i) {  // coordinates in which the mass is 1
-    A[i] = A_(Eigen::all, free_[i]);
-    if (A[i].cols() == 0) continue;
-    mass[i].compute(M_(free_[i], free_[i]));
-    mass[i].matrixU().solveInPlace<Eigen::OnTheRight>(A[i]);
-    lengths += A[i].rowwise().squaredNorm();
+  MatrixXd A[kLevels];
+  VectorXd y[kLevels], r = gaps;
+  std::vector<MassScaling> mass;
+  for (int i = 0; i < kLevels; ++i) {
+    mass.emplace_back(pick(M_, free_[i], free_[i]));
+    A[i] = mass[i].scaled(pick_columns(A_, free_[i]));
   }
-  lengths = (lengths.array() > 0).select(lengths.cwiseSqrt(), 1.0);
-  for (MatrixXd& level : A) level.array().colwise() /= lengths.array();
-  r.array() /= lengths.array();
-  shortest_in_turn(A.data(), kLevels, r, y.data());
+  for (Eigen::Index row = 0; row < r.size(); ++row) {  // gradients of length 1
+    double square = 0;
+    for (const MatrixXd& level : A) square += level.row(row).squaredNorm();
+    if (square == 0) continue;
+    const double length = std::sqrt(square);
+    for (MatrixXd& level : A) level.row(row) /= length;
+    r[row] /= length;
+  }
+  shortest_in_turn(A, kLevels, r, y);
   VectorXd x = VectorXd::Zero(A_.cols());
   for (int i = 0; i < kLevels; ++i) {
-    if (!free_[i].empty()) x(free_[i]) = VectorXd(mass[i].matrixU().solve(y[i]));
+    const VectorXd motion = mass[i].unscaled(y[i]);
+    for (std::size_t k = 0; k < free_[i].size(); ++k) x[free_[i][k]] = motion[static_cast<Eigen::Index>(k)];
   }
   return x;
 }
@@ -255,7 +254,8 @@ VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const 
     result.segment(system_.lambda_index(j), system_.joint(j).length_equations()).setOnes();
   }
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    if (definition_.joints[coordinates[i].joint].type == JointType::prismatic) result[system_.constraint_size() + i] = 1;
+    if (definition_.joints[coordinates[i].joint].type == JointType::prismatic)
+      result[system_.constraint_size() + i] = 1;
   }
   return result;
 }
@@ -296,13 +296,14 @@ void HeldProjection::approach(const Coordinates& coordinates, VectorXd& q) {
   double damping = 1e-3;
   for (int i = 0; i < kIterations; ++i) {
     linearize(q, coordinates);
-    const MatrixXd A = weights.asDiagonal() * A_(Eigen::all, free);
+    const MatrixXd A = weights.asDiagonal() * pick_columns(A_, free);
     const double before = r.squaredNorm();
     for (bool better = false; !better; damping = better ? std::max(0.1 * damping, kSmallest) : 10 * damping) {
       if (damping > kLargest) return;
       MatrixXd H = A.transpose() * A;
       H.diagonal().array() += damping;
-      x(free) = VectorXd(H.llt().solve(-A.transpose() * r));
+      const VectorXd motion = solve_definite(H, -(A.transpose() * r));
+      for (std::size_t k = 0; k < free.size(); ++k) x[free[k]] = motion[static_cast<Eigen::Index>(k)];
       const VectorXd q_x = moved(q, x), r_x = weights.cwiseProduct(gaps(q_x, coordinates, 1.0));
       better = r_x.squaredNorm() < before;
       if (better) q = q_x, r = r_x;
@@ -423,10 +424,10 @@ void HeldProjection::positions(VectorXd& q) {
 
 bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorXd& v) {
   impose(v);
+  if (system_.constraint_size() + rates.size() == 0) return true;
   linearize(q, rates);
   for (int repeat = 0; repeat < 2; ++repeat) v += least_motion(gaps_of_rates(q, v, rates));  // once more for rounding
   impose(v);
-  if (A_.rows() == 0) return true;
   return gaps_of_rates(q, v, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
 }
 
@@ -484,8 +485,7 @@ void HeldProjection::refuse(const VectorXd& gaps, const Coordinates& coordinates
   }
 
   const VectorXd weights = lengths_of_units(coordinates);
-  const Contradiction found =
-      find_contradiction(weights.asDiagonal() * A_, weights.cwiseProduct(gaps), claims, values);
+  const Contradiction found = find_contradiction(weights.asDiagonal() * A_, weights.cwiseProduct(gaps), claims, values);
   std::vector<std::string> parties[2];  // values, joints
   for (int i : found.claims) parties[static_cast<std::size_t>(i) >= values].push_back(names[i]);
   const auto& [of_values, of_joints] = parties;

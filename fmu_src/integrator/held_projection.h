@@ -1,8 +1,8 @@
 // Moves a mechanism onto its joints while the initial values that were set (MultibodyDef::held) stay as they are.
 //
-// What was not set gives way: positions first, then orientations, then modes; velocities likewise. Each changes least in
-// the mass metric. Coordinates of joints that were not set keep their value as far as
-// the mechanism allows, in the order of the joints.
+// What was not set gives way: positions first, then orientations, then modes; velocities likewise. Each changes least
+// in the mass metric. Coordinates of joints that were not set keep their value as far as the mechanism allows, in the
+// order of the joints.
 //
 // Dense and with rank-revealing decompositions, since values may be set that say the same twice: for the start alone.
 #pragma once
