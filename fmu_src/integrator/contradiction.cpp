@@ -29,7 +29,7 @@ VectorXd left_over(const MatrixXd& A, const VectorXd& r, const std::vector<Claim
   for (std::size_t i = 0; i < rows.size(); ++i) gaps[static_cast<Eigen::Index>(i)] = r[rows[i]];
   if (!rows.empty() && !columns.empty()) {
     const MatrixXd part = pick(A, rows, columns);
-    gaps += part * LeastSquares(part, rank).solve(gaps);
+    gaps += part * LeastSquares(part, rank * part.cwiseAbs().maxCoeff()).solve(gaps);
   }
   for (std::size_t i = 0; i < rows.size(); ++i) result[rows[i]] = gaps[static_cast<Eigen::Index>(i)];
   return result;

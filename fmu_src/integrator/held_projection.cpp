@@ -214,19 +214,21 @@ void HeldProjection::find_mass() {
 // orientations, then of the positions.
 VectorXd HeldProjection::least_motion(const VectorXd& gaps) const {
   MatrixXd A[kLevels];
-  VectorXd y[kLevels], r = gaps;
+  VectorXd y[kLevels], r = gaps, free = VectorXd::Zero(gaps.size()), lengths = free;
   std::vector<MassScaling> mass;
   for (int i = 0; i < kLevels; ++i) {
+    A[i] = pick_columns(A_, free_[i]);
+    free += A[i].rowwise().squaredNorm();
     mass.emplace_back(pick(M_, free_[i], free_[i]));
-    A[i] = mass[i].scaled(pick_columns(A_, free_[i]));
+    A[i] = mass[i].scaled(A[i]);
+    lengths += A[i].rowwise().squaredNorm();
   }
-  for (Eigen::Index row = 0; row < r.size(); ++row) {  // gradients of length 1
-    double square = 0;
-    for (const MatrixXd& level : A) square += level.row(row).squaredNorm();
-    if (square == 0) continue;
-    const double length = std::sqrt(square);
-    for (MatrixXd& level : A) level.row(row) /= length;
-    r[row] /= length;
+  const VectorXd all = A_.rowwise().squaredNorm();
+  for (Eigen::Index row = 0; row < r.size();
+       ++row) {  // gradients of length 1, or 0 where all is fixed but for rounding
+    const double factor = free[row] > kIndependent * kIndependent * all[row] ? 1 / std::sqrt(lengths[row]) : 0.0;
+    for (MatrixXd& level : A) level.row(row) *= factor;
+    if (factor > 0) r[row] *= factor;
   }
   shortest_in_turn(A, kLevels, r, y);
   VectorXd x = VectorXd::Zero(A_.cols());

@@ -1,6 +1,7 @@
 #include "integrator/least_squares.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 namespace sigmafmu {
 
@@ -8,8 +9,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-LeastSquares::LeastSquares(const MatrixXd& A, double rank_tolerance) {
-  decomposition_.setThreshold(rank_tolerance);
+LeastSquares::LeastSquares(const MatrixXd& A, double zero) {
+  const double first_pivot = std::sqrt(A.colwise().squaredNorm().maxCoeff());
+  decomposition_.setThreshold(first_pivot > zero ? zero / first_pivot : 1.0);
   decomposition_.compute(A);
 }
 

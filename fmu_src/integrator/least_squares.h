@@ -9,8 +9,8 @@ namespace sigmafmu {
 // Minimizes |A x + r|, with the shortest x of all that do.
 class LeastSquares {
  public:
-  // Parts of A smaller than `rank_tolerance` times its largest count as zero.
-  LeastSquares(const Eigen::MatrixXd& A, double rank_tolerance);
+  // What is smaller than `zero` in A, once its larger parts are eliminated, decides nothing.
+  LeastSquares(const Eigen::MatrixXd& A, double zero);
 
   Eigen::VectorXd solve(const Eigen::VectorXd& r) const;
   // Combinations of equations that x cannot change, orthogonal and of length 1: those of other coefficients B.
