@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <vector>
 
 namespace sigmafmu {
 
@@ -21,6 +22,22 @@ MatrixXd LeastSquares::beyond(const MatrixXd& B) const {
   MatrixXd turned = B;
   turned.applyOnTheLeft(decomposition_.householderQ().adjoint());
   return turned.bottomRows(B.rows() - decomposition_.rank());
+}
+
+void solve_in_turn(const MatrixXd* A, int count, const VectorXd& r, double zero, VectorXd* y) {
+  if (count == 0) return;
+  if (A[0].size() == 0 || A[0].cwiseAbs().maxCoeff() < zero) {
+    y[0].setZero(A[0].cols());
+    solve_in_turn(A + 1, count - 1, r, zero, y + 1);
+    return;
+  }
+  const LeastSquares first(A[0], zero);
+  std::vector<MatrixXd> others;
+  for (int i = 1; i < count; ++i) others.push_back(first.beyond(A[i]));
+  solve_in_turn(others.data(), count - 1, first.beyond(r), zero, y + 1);
+  VectorXd rest = r;
+  for (int i = 1; i < count; ++i) rest += A[i] * y[i];
+  y[0] = first.solve(rest);
 }
 
 VectorXd solve_definite(const MatrixXd& H, const VectorXd& b) { return H.llt().solve(b); }

@@ -20,6 +20,10 @@ class LeastSquares {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition_;
 };
 
+// Solves A[0] y[0] + A[1] y[1] + ... = -r, as nearly as it can be, with the shortest last y, then the shortest last but
+// one, and so on.
+void solve_in_turn(const Eigen::MatrixXd* A, int count, const Eigen::VectorXd& r, double zero, Eigen::VectorXd* y);
+
 // x with H x = b; H is symmetric and positive definite.
 Eigen::VectorXd solve_definite(const Eigen::MatrixXd& H, const Eigen::VectorXd& b);
 
