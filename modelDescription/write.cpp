@@ -14,6 +14,7 @@
 #include "dependencies.h"
 #include "fmi/modal_file.h"
 #include "fmi/variables.h"
+#include "integrator/assembly.h"
 #include "integrator/input_signal.h"
 #include "mechanisms.h"
 
@@ -220,6 +221,7 @@ int main(int argc, char** argv) {
     for (Mechanism& mechanism : mechanisms()) {
       if (argc > 4 && mechanism.name == argv[1]) {
         load_modal_files(mechanism, argv[3]);
+        find_joint_values(mechanism.multibody);
         write(mechanism, argv[2], {argv + 4, argv + argc});
         return 0;
       }

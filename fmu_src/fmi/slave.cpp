@@ -21,10 +21,15 @@ bool same_time(double a, double b, double step) {
   return std::abs(a - b) <= 1e-4 * step + 4 * kEpsilon * std::max(std::abs(a), std::abs(b));
 }
 
+Mechanism with_joint_values(Mechanism mechanism) {
+  find_joint_values(mechanism.multibody);
+  return mechanism;
+}
+
 }  // namespace
 
 Slave::Slave(Mechanism defaults, std::string identity, Reporter report)
-    : defaults_(std::move(defaults)),
+    : defaults_(with_joint_values(std::move(defaults))),
       identity_(std::move(identity)),
       report_(std::move(report)),
       mechanism_(defaults_),
@@ -111,6 +116,7 @@ void Slave::enter_initialization() { data_.phase = Phase::initialization; }
 void Slave::exit_initialization() {
   ensure_initialized();
   data_.phase = Phase::step;
+  warn_about_initial_values();
   warn_about_settings();
 }
 
@@ -128,6 +134,7 @@ void Slave::initialize() {
   if (!engine_->integrator->initialize(data_.state, data_.input)) {
     throw Discarded("The accelerations at the start cannot be computed: redundant joints, or a value that overflows.");
   }
+  count_turns(mechanism_.multibody, data_.state.angle);
   data_.last_input = data_.input.derivative[0];
   data_.stale = false;
   warned_of_error_ = warned_of_spin_ = false;
@@ -427,6 +434,12 @@ void Slave::describe_failure(const StepFailure& f) {
   }
   text << "; the last successful time is " << data_.state.time << " s.";
   message_ = text.str();
+}
+
+void Slave::warn_about_initial_values() const {
+  const State& s = data_.state;
+  const std::string moved = describe_moved_values(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
+  if (!moved.empty()) report_(Report::warning, moved);
 }
 
 void Slave::warn_about_settings() {

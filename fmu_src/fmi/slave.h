@@ -11,6 +11,7 @@
 
 #include "fmi/snapshot.h"
 #include "fmi/variables.h"
+#include "integrator/assembly.h"
 #include "integrator/integrator.h"
 
 namespace sigmafmu {
@@ -92,6 +93,7 @@ class Slave {
                                 VectorXd& lambda);
   View view() const;
   void absorb_jump();
+  void warn_about_initial_values() const;
   void warn_about_settings();
   void warn_about_accuracy(double t, double h);
   void describe_failure(const StepFailure& failure);

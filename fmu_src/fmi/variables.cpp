@@ -151,6 +151,21 @@ class Table {
       parameter(object, name + suffix, type, description, access, variability).component = i;
     });
   }
+  Variable& initial(const InitialValue& what, const std::string& suffix, const char* type,
+                    const std::string& description) {
+    Variable& v =
+        add(initial_name(mechanism_.multibody, what) + suffix, type, description + "; stays if set, gives way if not");
+    v.causality = Causality::parameter;
+    v.variability = Variability::fixed;
+    v.initial = what;
+    return v;
+  }
+  void initial_vector(InitialValue what, int count, const char* type, const std::string& description) {
+    elements(count, [&](int i, const std::string& suffix) {
+      what.component = i;
+      initial(what, suffix, type, description);
+    });
+  }
   void input(int index, const std::string& name, const char* type, const std::string& description) {
     Variable& v = add(name, type, description);
     v.causality = Causality::input;
@@ -199,25 +214,17 @@ void Table::body(int b, const std::string& n) {
   inputs(system_.force_index(b), n + ".force", "Force", "Force applied at " + origin + ", in W");
   inputs(system_.force_index(b) + 3, n + ".torque", "Torque", "Torque applied, in body axes");
 
-  constexpr auto fixed = Variability::fixed;
   if (definition.modal) {
     modal(b, n, *definition.modal);
   } else {
     inertia(b, n);
   }
-  const std::string projected = ", before projection onto the constraints";
-  parameters(
-      b, n + ".initialPosition", 3, "Position", "Initial position in W" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_position[c]; }, fixed);
-  parameters(
-      b, n + ".initialQuaternion", 4, "Quaternion", "Initial orientation R_WB (w, x, y, z), normalized" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_quaternion[c]; }, fixed);
-  parameters(
-      b, n + ".initialVelocity", 3, "Velocity", "Initial velocity in W" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_velocity[c]; }, fixed);
-  parameters(
-      b, n + ".initialAngularVelocity", 3, "AngularVelocity", "Initial angular velocity in body axes" + projected,
-      [](Mechanism& m, int o, int c) -> double& { return m.multibody.bodies[o].initial_angular_velocity[c]; }, fixed);
+  using Kind = InitialValue::Kind;
+  initial_vector({Kind::position, b}, 3, "Position", "Initial position in W");
+  initial_vector({Kind::quaternion, b}, 4, "Quaternion",
+                 "Initial orientation R_WB (w, x, y, z), normalized, set as a whole");
+  initial_vector({Kind::velocity, b}, 3, "Velocity", "Initial velocity in W");
+  initial_vector({Kind::angular_velocity, b}, 3, "AngularVelocity", "Initial angular velocity in body axes");
 }
 
 void Table::inertia(int b, const std::string& n) {
@@ -247,19 +254,14 @@ void Table::inertia(int b, const std::string& n) {
 void Table::modal(int b, const std::string& n, const ModalDef& d) {
   using V = const View&;
   using M = Mechanism&;
-  constexpr auto fixed = Variability::fixed, tunable = Variability::tunable;
+  constexpr auto tunable = Variability::tunable;
   const int modes = d.mode_count();
   outputs(b, n + ".modal", modes, "Deflection", "Modal coordinate",
           [](V v, int o, int i) { return v.q[modal_position(v, o) + i]; });
   outputs(b, n + ".modalRate", modes, "DeflectionRate", "Rate of the modal coordinate",
           [](V v, int o, int i) { return v.v[modal_velocity(v, o) + i]; });
-  parameters(
-      b, n + ".initialModal", modes, "Deflection", "Initial modal coordinate, before projection onto the constraints",
-      [](M m, int o, int c) -> double& { return m.multibody.bodies[o].modal->initial_coordinates[c]; }, fixed);
-  parameters(
-      b, n + ".initialModalRate", modes, "DeflectionRate",
-      "Initial rate of the modal coordinate, before projection onto the constraints",
-      [](M m, int o, int c) -> double& { return m.multibody.bodies[o].modal->initial_rates[c]; }, fixed);
+  initial_vector({InitialValue::Kind::modal, b}, modes, "Deflection", "Initial modal coordinate");
+  initial_vector({InitialValue::Kind::modal_rate, b}, modes, "DeflectionRate", "Initial rate of the modal coordinate");
   parameter(
       b, n + ".massDamping", "MassDamping", "Rayleigh damping: this times the modal mass matrix",
       [](M m, int o, int) -> double& { return m.multibody.bodies[o].modal->mass_damping; }, tunable);
@@ -269,15 +271,20 @@ void Table::modal(int b, const std::string& n, const ModalDef& d) {
 }
 
 void Table::joint(int j, const std::string& n) {
+  using Kind = InitialValue::Kind;
   const Joint& joint = system_.joint(j);
   if (joint.type() == JointType::revolute) {
     output_scalar(j, n + ".angle", "Angle", "Joint angle, counting turns", joint_coordinate);
     output_scalar(j, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", joint_rate);
     input(system_.motor_index(j), n + ".motorTorque", "Torque", "Torque about the joint axis on the second body");
+    initial({Kind::joint_coordinate, j}, "", "Angle", "Initial joint angle, counting turns");
+    initial({Kind::joint_rate, j}, "", "AngularVelocity", "Initial rate of the joint angle");
   } else if (joint.type() == JointType::prismatic) {
     output_scalar(j, n + ".displacement", "Displacement", "Displacement along the joint axis", joint_coordinate);
     output_scalar(j, n + ".rate", "Velocity", "Rate of the displacement", joint_rate);
     input(system_.motor_index(j), n + ".actuatorForce", "Force", "Force along the joint axis on the second body");
+    initial({Kind::joint_coordinate, j}, "", "Displacement", "Initial displacement along the joint axis");
+    initial({Kind::joint_rate, j}, "", "Velocity", "Initial rate of the displacement");
   }
   outputs(
       j, n + ".reactionForce", 3, "Force", "Force of the joint on the second body, in W",
@@ -444,12 +451,15 @@ void Table::integrator() {
 }  // namespace
 
 double Variable::value(const Mechanism& mechanism) const {
+  if (initial) return initial_value(mechanism.multibody, *initial);
   Mechanism& m = const_cast<Mechanism&>(mechanism);  // the accessors serve reading and writing
   return option ? option(m) : parameter(m, object, component);
 }
 
 void Variable::set_value(Mechanism& mechanism, double value) const {
-  if (option) {
+  if (initial) {
+    set_initial_value(mechanism.multibody, *initial, value);
+  } else if (option) {
     option(mechanism) = static_cast<int>(value);
   } else {
     parameter(mechanism, object, component) = value;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,7 @@ struct Variable {
   double (*rate)(const View&, int object, int component) = nullptr;  // its time derivative, if the output may jump
   double& (*parameter)(Mechanism&, int object, int component) = nullptr;
   int& (*option)(Mechanism&) = nullptr;  // of an integer parameter
+  std::optional<InitialValue> initial;   // which of the definition's a parameter is
   int input = -1;
 
   double value(const Mechanism& mechanism) const;  // of a parameter

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "integrator/kkt_layout.h"
 #include "lie/r3xso3.h"
@@ -169,44 +168,6 @@ bool ConsistentSolver::project_velocities(const VectorXd& q, VectorXd& v) {
     v += motion();
   }
   return v.allFinite();
-}
-
-void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
-              VectorXd& v) {
-  for (int i = 0; i < system.body_count(); ++i) {
-    const RigidBodyDef& body = definition.bodies[i];
-    q.segment<3>(7 * i) = body.initial_position;
-    q.segment<4>(7 * i + 3) = body.initial_quaternion.normalized();
-    v.segment<3>(6 * i) = body.initial_velocity;
-    v.segment<3>(6 * i + 3) = body.initial_angular_velocity;
-    if (!body.modal) continue;
-    const int f = system.flexible_index(i), modes = system.modes(i);
-    auto zeta = q.segment(system.modal_position(f), modes), zetadot = v.segment(system.modal_velocity(f), modes);
-    zeta.setZero();
-    zetadot.setZero();
-    if (body.modal->initial_coordinates.size() > 0) zeta = body.modal->initial_coordinates;
-    if (body.modal->initial_rates.size() > 0) zetadot = body.modal->initial_rates;
-  }
-  const auto result = solver.project_positions(q);
-  if (!result.possible) {
-    std::ostringstream message = text_stream(6);
-    message << "The mechanism cannot be assembled from its initial positions: joint "
-            << definition.joints[result.worst_joint].name << " keeps a position residual of " << result.residual
-            << " after " << result.iterations << " iterations; 1e-12 is allowed.";
-    throw std::runtime_error(message.str());
-  }
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const Joint& joint = system.joint(j);
-    const auto& k1 = system.attachment(solver.evaluation(), j, 0);
-    const auto& k2 = system.attachment(solver.evaluation(), j, 1);
-    if (joint.axes_agree(k1, k2)) continue;
-    throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
-                             definition.joints[j].name +
-                             " point in opposite directions; turn the initial quaternions of its bodies.");
-  }
-  if (!solver.project_velocities(q, v)) {
-    throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
-  }
 }
 
 }  // namespace sigmafmu

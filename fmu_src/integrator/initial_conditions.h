@@ -57,8 +57,4 @@ class ConsistentSolver {
   VectorXd u_, q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };
 
-// The initial positions and velocities of a definition, moved onto the constraints. Throws std::runtime_error with one
-// sentence when the mechanism cannot be assembled.
-void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
-
 }  // namespace sigmafmu

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -84,6 +86,12 @@ struct JointDef {
   Frame frame1;
   int body2 = kGround;
   Frame frame2;
+  // Angle of a revolute joint, turns included [rad], or displacement of a prismatic one [m], and its rate. They count
+  // where MultibodyDef::held has them; else the bodies tell them.
+  double initial_coordinate = std::numeric_limits<double>::quiet_NaN();
+  double initial_rate = std::numeric_limits<double>::quiet_NaN();
+
+  bool has_coordinate() const { return type == JointType::revolute || type == JointType::prismatic; }
 };
 
 // Between point1 of body1 and point2 of body2: force on body2 f = -K (p2 - p1) - D (v2 - v1) + f_actuator, with
@@ -109,12 +117,29 @@ struct LoadDef {
   Vector3d torque = Vector3d::Zero();
 };
 
+// One of the numbers that a mechanism starts from. Objects are bodies, or joints.
+struct InitialValue {
+  enum class Kind { position, quaternion, velocity, angular_velocity, modal, modal_rate, joint_coordinate, joint_rate };
+  Kind kind = Kind::position;
+  int object = 0, component = 0;
+
+  bool of_joint() const { return kind == Kind::joint_coordinate || kind == Kind::joint_rate; }
+  bool of_motion() const {  // else of position
+    return kind == Kind::velocity || kind == Kind::angular_velocity || kind == Kind::modal_rate ||
+           kind == Kind::joint_rate;
+  }
+};
+bool operator<(const InitialValue& a, const InitialValue& b);
+
 struct MultibodyDef {
   std::vector<RigidBodyDef> bodies;
   std::vector<JointDef> joints;
   std::vector<SpringDamperDef> spring_dampers;
   std::vector<LoadDef> loads;
   Vector3d gravity = Vector3d::Zero();  // in W [m/s^2]
+  // Initial values that a user has set, each with the one that the definition came with: these stay, the others give
+  // way where the joints ask for it.
+  std::map<InitialValue, double> held;
 
   // Each returns the index that later calls and `body1`, `body2` refer to.
   int add(RigidBodyDef body);
@@ -122,6 +147,16 @@ struct MultibodyDef {
   int add(SpringDamperDef spring_damper);
   int add(LoadDef load);
 };
+
+double& initial_value(MultibodyDef& definition, const InitialValue& what);
+double initial_value(const MultibodyDef& definition, const InitialValue& what);
+// Sets an initial value, which is held from then on, until it is set to what the definition came with.
+void set_initial_value(MultibodyDef& definition, const InitialValue& what, double value);
+// The definition as it came, with nothing held.
+MultibodyDef without_held_values(const MultibodyDef& definition);
+// The name of the vector that a value belongs to, `body.initialPosition`, or of a joint's scalar; and its unit.
+std::string initial_name(const MultibodyDef& definition, const InitialValue& what);
+const char* initial_unit(const MultibodyDef& definition, const InitialValue& what);
 
 // How large the mechanism is [m]: the largest distance of a joint, spring-damper or node from the origin of its body's
 // frame, or the largest radius of gyration.

@@ -43,12 +43,21 @@ JOINT_COORDINATE = {
         "angle": ("output", "rad"),
         "angularRate": ("output", "rad/s"),
         "motorTorque": ("input", "N.m"),
+        "initialAngle": ("parameter", "rad"),
+        "initialAngularRate": ("parameter", "rad/s"),
     },
     "prismatic": {
         "displacement": ("output", "m"),
         "rate": ("output", "m/s"),
         "actuatorForce": ("input", "N"),
+        "initialDisplacement": ("parameter", "m"),
+        "initialRate": ("parameter", "m/s"),
     },
+}
+
+JOINT_STARTS = {  # coordinate and rate; else 0
+    "crankPivot": (0.0, 6.0),
+    "guide": (0.2, 0.24),
 }
 
 
@@ -269,7 +278,10 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         add(f"{joint}.reactionForce", 3, "output", "N")
         add(f"{joint}.reactionTorque", 3, "output", "N.m")
         for name, (causality, unit) in JOINT_COORDINATE[kind].items():
-            add(f"{joint}.{name}", 0, causality, unit, start=0.0 if causality == "input" else None)
+            if causality == "parameter":
+                add(f"{joint}.{name}", 0, causality, unit, "fixed", JOINT_STARTS.get(joint, (0.0, 0.0))["Rate" in name])
+            else:
+                add(f"{joint}.{name}", 0, causality, unit, start=0.0 if causality == "input" else None)
     for spring, numbers in mechanism.springs.items():
         add(f"{spring}.stiffness", 3, "parameter", "N/m", "tunable", numbers.stiffness)
         add(f"{spring}.damping", 3, "parameter", "N.s/m", "tunable", numbers.damping)

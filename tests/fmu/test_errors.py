@@ -156,22 +156,21 @@ MISFITS = {
         {"rod.initialQuaternion": (0.0, 0.0, 0.0, 0.0)},
         ("rod.initialQuaternion has the length 0", "at least 1e-6"),
     ),
-    # 1 km off with the arm of 1 m: each iteration turns the top by half a radian and no end is in sight.
-    "far from any assembly": Misfit(
+    "far from any assembly": Misfit(  # 1 km off with the arm of 1 m
         "HeavyTop",
         {"top.initialPosition": (1000.0, 0.0, 0.0)},
-        ("cannot be assembled from its initial positions", "joint pivot keeps a position residual of", "1e-12"),
+        ("top.initialPosition[1] = 1000 m", "contradict joint pivot by 999 m."),
     ),
     # A quarter turn off its guide the slider's equations are dependent: no direction leads back.
     "singular on the way": Misfit(
         "SliderCrank",
         {"slider.initialQuaternion": (1.0, 0.0, 0.0, 1.0)},
-        ("cannot be assembled from its initial positions", "joint guide keeps a position residual of 1", "1e-12"),
+        ("slider.initialQuaternion contradicts joint guide by 1.5708 rad.",),
     ),
     "joint torn apart": Misfit(
         "SliderCrank",
         {"rod.initialPosition": (1e9, 0.0, 0.0)},
-        ("cannot be assembled from its initial positions", "joint crankPin keeps a position residual of"),
+        ("rod.initialPosition[1] = 1e+09 m", "crankPin", "by 1e+09 m."),
     ),
 }
 
@@ -211,17 +210,6 @@ def test_a_thin_rod_is_on_the_boundary_of_the_triangle_inequality_and_allowed(ne
         {"top.inertia.xx": 0.3, "top.inertia.yy": 0.6001, "top.inertia.zz": 0.3},
     )
     assert "triangle inequality" in text
-
-
-def test_initial_values_off_the_constraints_are_moved_onto_them(new):
-    """Not an error: projected with the least change."""
-    settings = {"rod.initialPosition": (0.11, 0.05, 0.1), "slider.initialVelocity": (1.0, 2.0, 3.0)}
-    instance = new("SliderCrank").start(settings)
-    assert instance.get("constraint.positionResidual") <= 1e-15
-    assert instance.get("constraint.velocityResidual") <= 1e-14
-    assert instance.get("rod.position[1]") != 0.11
-    assert instance.get("rod.initialPosition[1]") == 0.11
-    assert instance.messages == []
 
 
 # --- variables that are not there, or not what they are taken for ----------------------------------------------------

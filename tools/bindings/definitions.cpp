@@ -11,7 +11,7 @@
 
 #include "fmi/modal_file.h"
 #include "fmi/variables.h"
-#include "integrator/initial_conditions.h"
+#include "integrator/assembly.h"
 #include "mechanism.h"
 #include "mechanisms.h"
 
@@ -184,6 +184,7 @@ void bind_definitions(nb::module_& m) {
           if (mechanism.name != name) continue;
           const auto package = nb::cast<std::string>(nb::str(nb::module_::import_("sigmafmu").attr("__path__")[0]));
           load_modal_files(mechanism, package + "/resources/" + name);
+          find_joint_values(mechanism.multibody);
           return mechanism;
         }
         throw std::invalid_argument("unknown mechanism " + name);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "integrator/assembly.h"
 #include "integrator/integrator.h"
 #include "integrator/spin_sigma.h"
 #include "mechanism.h"
@@ -26,6 +27,7 @@ struct PySimulation {
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
+    count_turns(mechanism.multibody, state.angle);
   }
   void start() {
     if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");

@@ -21,6 +21,7 @@ class Joint {
   explicit Joint(const JointDef& definition);
 
   int equations() const { return equations_; }
+  int length_equations() const { return equations_ - static_cast<int>(perpendiculars_.size()); }  // the first ones [m]
   int body1() const { return body1_; }
   int body2() const { return body2_; }
   JointType type() const { return type_; }

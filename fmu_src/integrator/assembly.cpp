@@ -1,0 +1,194 @@
+#include "integrator/assembly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "integrator/held_projection.h"
+#include "lie/r3xso3.h"
+#include "text/text.h"
+
+namespace sigmafmu {
+namespace {
+
+using Kind = InitialValue::Kind;
+
+void read_initial_values(const MultibodyDef& definition, const System& system, VectorXd& q, VectorXd& v) {
+  for (int i = 0; i < system.body_count(); ++i) {
+    const RigidBodyDef& body = definition.bodies[i];
+    q.segment<3>(7 * i) = body.initial_position;
+    q.segment<4>(7 * i + 3) = body.initial_quaternion.normalized();
+    v.segment<3>(6 * i) = body.initial_velocity;
+    v.segment<3>(6 * i + 3) = body.initial_angular_velocity;
+    if (!body.modal) continue;
+    const int f = system.flexible_index(i), modes = system.modes(i);
+    auto zeta = q.segment(system.modal_position(f), modes), zetadot = v.segment(system.modal_velocity(f), modes);
+    zeta.setZero();
+    zetadot.setZero();
+    if (body.modal->initial_coordinates.size() > 0) zeta = body.modal->initial_coordinates;
+    if (body.modal->initial_rates.size() > 0) zetadot = body.modal->initial_rates;
+  }
+}
+
+void require_agreeing_axes(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    if (system.joint(j).axes_agree(system.attachment(e, j, 0), system.attachment(e, j, 1))) continue;
+    throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
+                             definition.joints[j].name +
+                             " point in opposite directions; turn the initial quaternions of its bodies.");
+  }
+}
+
+// All initial values give way.
+void assemble_freely(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
+                     VectorXd& v) {
+  read_initial_values(definition, system, q, v);
+  const VectorXd q0 = q;
+  if (!solver.project_positions(q).possible) {
+    q = q0;
+    HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
+  }
+  require_agreeing_axes(definition, system, q);
+  if (!solver.project_velocities(q, v)) {
+    throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
+  }
+}
+
+// A joint's or body's present value.
+double present(const System& system, const Evaluation& e, const VectorXd& q, const VectorXd& v,
+               const InitialValue& what) {
+  const auto& [kind, i, c] = what;
+  const auto joint = [&](auto value) {
+    return (system.joint(i).*value)(system.attachment(e, i, 0), system.attachment(e, i, 1));
+  };
+  switch (kind) {
+    case Kind::position:
+      return q[7 * i + c];
+    case Kind::quaternion:
+      return q[7 * i + 3 + c];
+    case Kind::velocity:
+      return v[6 * i + c];
+    case Kind::angular_velocity:
+      return v[6 * i + 3 + c];
+    case Kind::modal:
+      return q[system.modal_position(system.flexible_index(i)) + c];
+    case Kind::modal_rate:
+      return v[system.modal_velocity(system.flexible_index(i)) + c];
+    case Kind::joint_coordinate:
+      return joint(&Joint::coordinate);
+    default:
+      return joint(&Joint::coordinate_rate);
+  }
+}
+
+// Every vector of initial values, by its first element, and its length; joints first, which say most.
+std::vector<std::pair<InitialValue, int>> all_initial_values(const MultibodyDef& definition, const System& system) {
+  std::vector<std::pair<InitialValue, int>> result;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    if (!definition.joints[j].has_coordinate()) continue;
+    for (Kind kind : {Kind::joint_coordinate, Kind::joint_rate}) result.push_back({{kind, j}, 1});
+  }
+  for (int i = 0; i < system.body_count(); ++i) {
+    for (Kind kind : {Kind::position, Kind::velocity, Kind::angular_velocity}) result.push_back({{kind, i}, 3});
+    result.push_back({{Kind::quaternion, i}, 4});
+    if (system.modes(i) == 0) continue;
+    for (Kind kind : {Kind::modal, Kind::modal_rate}) result.push_back({{kind, i}, system.modes(i)});
+  }
+  return result;
+}
+
+double round_to_12_digits(double x) {
+  const double digits = std::pow(10.0, 12 - std::max(0.0, std::ceil(std::log10(std::abs(x)))));
+  return std::round(x * digits) / digits + 0.0;  // no negative zero
+}
+
+}  // namespace
+
+void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
+              VectorXd& v) {
+  if (definition.held.empty()) return assemble_freely(definition, system, solver, q, v);
+  assemble_freely(without_held_values(definition), system, solver, q, v);
+  const VectorXd q0 = q;
+  HeldProjection projection(definition, system);
+  const auto moves = [](const auto& entry) { return entry.first.of_motion(); };
+  if (!std::all_of(definition.held.begin(), definition.held.end(), moves)) {
+    projection.positions(q);
+    require_agreeing_axes(definition, system, q);
+  }
+  projection.velocities(q0, q, v);
+}
+
+void count_turns(const MultibodyDef& definition, VectorXd& angle) {
+  constexpr double kTwoPi = 6.28318530717958647692;
+  for (const auto& [what, start] : definition.held) {
+    const JointDef* joint = what.kind == Kind::joint_coordinate ? &definition.joints[what.object] : nullptr;
+    if (!joint || joint->type != JointType::revolute) continue;
+    double& x = angle[what.object];
+    x += kTwoPi * std::round((joint->initial_coordinate - x) / kTwoPi);
+  }
+}
+
+std::string describe_moved_values(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
+                                  const VectorXd& q, const VectorXd& v) {
+  constexpr double kRounding = 1e-9;
+  constexpr int kShown = 4;
+  if (definition.held.empty()) return {};
+  VectorXd q0 = q, v0 = v;
+  assemble_freely(without_held_values(definition), system, solver, q0, v0);
+  Evaluation e0 = system.make_evaluation(), e = system.make_evaluation();
+  system.evaluate(q0, v0, e0);
+  system.evaluate(q, v, e);
+  std::ostringstream text = text_stream(6);
+  int moved = 0;
+  for (auto [what, size] : all_initial_values(definition, system)) {
+    VectorXd before(size), after(size), change;
+    for (int& c = what.component = 0; c < size; ++c) {
+      before[c] = present(system, e0, q0, v0, what);
+      after[c] = present(system, e, q, v, what);
+    }
+    const bool orientation = what.kind == Kind::quaternion;
+    if (orientation && before.dot(after) < 0) before = -before;
+    const double scale = 1.0 + before.lpNorm<Eigen::Infinity>() + after.lpNorm<Eigen::Infinity>();
+    change = after - before;
+    for (int& c = what.component = 0; c < size; ++c) {
+      if (definition.held.count(what) == 0) continue;
+      change[c] = 0;
+      if (orientation) change.setZero();  // one of its elements holds all
+    }
+    if (change.lpNorm<Eigen::Infinity>() <= kRounding * scale) continue;
+    if (++moved > kShown) continue;
+    text << (moved > 1 ? ", " : "") << initial_name(definition, what);
+    const auto write = [&](const VectorXd& x) {
+      if (size > 1) text << "(";
+      for (int c = 0; c < size; ++c) text << (c > 0 ? ", " : "") << (std::abs(x[c]) > 1e-12 * scale ? x[c] : 0.0);
+      if (size > 1) text << ")";
+    };
+    text << " ", write(before), text << " -> ", write(after);
+    if (!orientation) text << " " << initial_unit(definition, what);
+  }
+  if (moved == 0) return {};
+  if (moved > kShown) text << " and " << moved - kShown << " more";
+  return "Initial values gave way to those that were set: " + text.str() + ".";
+}
+
+void find_joint_values(MultibodyDef& definition) {
+  const auto& joints = definition.joints;
+  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.has_coordinate(); })) return;
+  const System system(definition);
+  ConsistentSolver solver(system);
+  VectorXd q(system.position_size()), v(system.velocity_size());
+  assemble(definition, system, solver, q, v);
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, v, e);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    JointDef& joint = definition.joints[j];
+    if (!joint.has_coordinate()) continue;
+    joint.initial_coordinate = round_to_12_digits(present(system, e, q, v, {Kind::joint_coordinate, j}));
+    joint.initial_rate = round_to_12_digits(present(system, e, q, v, {Kind::joint_rate, j}));
+  }
+}
+
+}  // namespace sigmafmu

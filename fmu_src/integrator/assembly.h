@@ -1,0 +1,28 @@
+// The start of a mechanism: positions and velocities that satisfy its joints, from the initial values of its
+// definition.
+//
+// Where nothing was set all initial values give way, by the least change in the mass metric. Values that were set
+// (MultibodyDef::held) stay, and the others give way to them, starting from where they are when nothing is set.
+#pragma once
+
+#include <string>
+
+#include "integrator/initial_conditions.h"
+
+namespace sigmafmu {
+
+// Throws std::runtime_error with one sentence when that cannot be: it names the joints and the values that were set.
+void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
+
+// Whole turns of revolute joints whose angle was set; `angle` has an entry per joint.
+void count_turns(const MultibodyDef& definition, VectorXd& angle);
+
+// What gave way to the values that were set, before and after, as one sentence; empty if nothing did.
+std::string describe_moved_values(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
+                                  const VectorXd& q, const VectorXd& v);
+
+// Gives joints the coordinates and rates that they start with when nothing is set, to 12 digits: those that another
+// machine computes as well.
+void find_joint_values(MultibodyDef& definition);
+
+}  // namespace sigmafmu
