@@ -45,7 +45,7 @@ def run(master, fmu, model):
     def run(mode: str, *bad_resources: str, **environment: str) -> list[str]:
         f = fmu(model)
         library = f.directory / "binaries" / fmpy.platform / f"{f.name}{fmpy.sharedLibraryExtension}"
-        torque = next(name for name in inputs(f) if name.endswith(".torque[2]"))
+        torque = min(inputs(f), key=lambda name: (not name.endswith(".motorTorque"), not name.endswith(".torque[2]")))
         references = f.references([*(f"integrator.{name}" for name in REFERENCES), torque])
         arguments = [library, f.description.guid, (f.directory / "resources").as_uri(), *references, *bad_resources]
         done = subprocess.run(
