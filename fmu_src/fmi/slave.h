@@ -92,6 +92,7 @@ class Slave {
   void absorb_jump();
   void warn_about_settings() const;
   void describe_failure(const StepFailure& failure);
+  std::string describe_position();
 
   const Mechanism defaults_;
   const std::string identity_;

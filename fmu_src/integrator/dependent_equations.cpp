@@ -15,7 +15,7 @@ namespace {
 constexpr double kDependent = 1e-8;
 constexpr double kTakesPart = 1e-5;  // smallest weight of an equation in a dependence
 
-// Longest lever arm of the joints at each body [m]: what makes rotations comparable with translations.
+// Longest lever arm of the joints at each body [m].
 VectorXd lengths(const System& system, const Evaluation& e) {
   VectorXd length = VectorXd::Zero(system.body_count());
   for (const auto& [joint, body, side] : system.pattern().incidences) {
@@ -25,43 +25,63 @@ VectorXd lengths(const System& system, const Evaluation& e) {
       if (displacement > 0) length[body] = std::max(length[body], B.row(row).tail<3>().norm() / displacement);
     }
   }
-  const double largest = length.maxCoeff();
-  for (double& x : length) {
-    if (!(x > 0)) x = largest > 0 ? largest : 1.0;
-  }
   return length;
 }
 
-// B by scaled motions, rotations times the body's length, and the motions per scaled one.
-struct ScaledGradient {
+// The joints' equations by motions, both scaled: B and phi by `row`, B by `column`, the motions per scaled one.
+struct ScaledEquations {
   MatrixXd B;
-  VectorXd scale, phi;
+  VectorXd phi, row, column;
   double length;  // the largest of a body [m]
 };
 
-ScaledGradient scaled_gradient(const System& system, const VectorXd& q, Evaluation& e) {
+// Rows and the columns of each body's translation and rotation get about the same size: what depends on each other
+// does so in any scale, but what is independent is farthest from dependence in this one.
+void equilibrate(int bodies, ScaledEquations& equations) {
+  constexpr int kSweeps = 8;
+  constexpr double kNothing = 1e-8;  // rounding is not to be scaled up
+  MatrixXd& B = equations.B;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int group = 0; group < 2 * bodies; ++group) {
+      const double size = B.middleCols<3>(3 * group).norm();
+      if (!(size > kNothing)) continue;
+      B.middleCols<3>(3 * group) /= size;
+      equations.column.segment<3>(3 * group) /= size;
+    }
+    for (Eigen::Index i = 0; i < B.rows(); ++i) {
+      const double size = B.row(i).norm();
+      if (!(size > 0)) continue;
+      B.row(i) /= size;
+      equations.row[i] /= size;
+    }
+  }
+}
+
+ScaledEquations scaled_equations(const System& system, const VectorXd& q, Evaluation& e) {
   system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
-  ScaledGradient g;
-  g.B.setZero(system.constraint_size(), system.velocity_size());
-  g.scale.setOnes(system.velocity_size());
-  g.phi.setZero(system.constraint_size());
-  const VectorXd length = lengths(system, e);
-  g.length = length.maxCoeff();
-  for (int i = 0; i < system.body_count(); ++i) g.scale.segment<3>(6 * i + 3).setConstant(1 / length[i]);
+  ScaledEquations s;
+  s.B.setZero(system.constraint_size(), system.velocity_size());
+  s.column.setOnes(system.velocity_size());
+  s.row.setOnes(system.constraint_size());
+  s.phi.setZero(system.constraint_size());
+  const double largest = lengths(system, e).maxCoeff();
+  s.length = largest > 0 ? largest : 1.0;
+  for (int i = 0; i < system.body_count(); ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
   for (const auto& [joint, body, side] : system.pattern().incidences) {
     const JointRows& B = e.joints[joint].B[side];
-    g.B.block(system.lambda_index(joint), 6 * body, B.rows(), 6) = B;
+    s.B.block(system.lambda_index(joint), 6 * body, B.rows(), 6) = B;
   }
   for (std::size_t k = 0; k < e.modal_joints.size(); ++k) {
     const auto& [joint, flexible, side] = system.pattern().modal_incidences[k];
     const MatrixXd& B = e.modal_joints[k].B;
-    g.B.block(system.lambda_index(joint), system.modal_velocity(flexible), B.rows(), B.cols()) = B;
+    s.B.block(system.lambda_index(joint), system.modal_velocity(flexible), B.rows(), B.cols()) = B;
   }
-  g.B *= g.scale.asDiagonal();
+  s.B *= s.column.asDiagonal();
+  if (s.B.allFinite()) equilibrate(system.body_count(), s);
   for (int j = 0; j < system.joint_count(); ++j) {
-    g.phi.segment(system.lambda_index(j), system.joint(j).equations()) = e.joints[j].phi;
+    s.phi.segment(system.lambda_index(j), system.joint(j).equations()) = e.joints[j].phi;
   }
-  return g;
+  return s;
 }
 
 VectorXd displaced(const System& system, const VectorXd& q, const VectorXd& motion) {
@@ -73,12 +93,11 @@ VectorXd displaced(const System& system, const VectorXd& q, const VectorXd& moti
   return result;
 }
 
-// Largest rotation [rad] of a scaled motion, or displacement by the largest length.
-double size_of(const System& system, const ScaledGradient& g, const VectorXd& motion) {
+// Largest rotation [rad] of a motion, or displacement by `length`.
+double size_of(const System& system, const VectorXd& motion, double length) {
   double largest = 0;
   for (int i = 0; i < system.body_count(); ++i) {
-    const double rotation = motion.segment<3>(6 * i + 3).norm() * g.scale[6 * i + 3];
-    largest = std::max({largest, rotation, motion.segment<3>(6 * i).norm() / g.length});
+    largest = std::max({largest, motion.segment<3>(6 * i + 3).norm(), motion.segment<3>(6 * i).norm() / length});
   }
   return largest;
 }
@@ -117,20 +136,21 @@ std::string list(const MultibodyDef& definition, const std::vector<int>& joints)
 bool dependent_everywhere(const System& system, const VectorXd& q, int independent) {
   constexpr double kDistance = 0.02;
   Evaluation e = system.make_evaluation();
-  const ScaledGradient g = scaled_gradient(system, q, e);
+  const ScaledEquations s = scaled_equations(system, q, e);
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
   decomposition.setThreshold(kDependent);
-  decomposition.compute(g.B);
+  decomposition.compute(s.B);
   for (int trial = 0; trial < 4; ++trial) {
     VectorXd motion(system.velocity_size());
     for (Eigen::Index i = 0; i < motion.size(); ++i) {  // any direction without symmetry
       motion[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
     }
-    motion -= decomposition.solve(g.B * motion);
-    const double size = size_of(system, g, motion);
+    motion -= decomposition.solve(s.B * motion);
+    motion = s.column.cwiseProduct(motion).eval();
+    const double size = size_of(system, motion, s.length);
     if (!(size > kDependent)) return true;  // nothing moves
     motion *= kDistance / size;
-    VectorXd near = displaced(system, q, g.scale.cwiseProduct(motion));
+    VectorXd near = displaced(system, q, motion);
     if (reach_positions(system, near) && freedom(system, near).independent > independent) return false;
   }
   return true;
@@ -143,8 +163,7 @@ Freedom freedom(const System& system, const VectorXd& q) {
   result.velocities = system.velocity_size();
   result.equations = system.constraint_size();
   Evaluation e = system.make_evaluation();
-  MatrixXd rows = scaled_gradient(system, q, e).B;
-  rows = (rows.rowwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal() * rows).eval();
+  const MatrixXd rows = scaled_equations(system, q, e).B;
 
   // What each equation says beyond those before it; orthogonalized twice, which is enough.
   MatrixXd basis(result.velocities, std::min(result.velocities, result.equations));
@@ -154,10 +173,10 @@ Freedom freedom(const System& system, const VectorXd& q) {
     const auto before = basis.leftCols(result.independent);
     for (int repeat = 0; repeat < 2; ++repeat) beyond -= before * (before.transpose() * beyond).eval();
     const double part = beyond.norm();
+    result.margin = std::min(result.margin, part);
     if (part > kDependent && result.independent < basis.cols()) {
       basis.col(result.independent++) = beyond / part;
       independent.push_back(i);
-      result.margin = std::min(result.margin, part);
     } else {
       dependent.push_back(i);
     }
@@ -191,10 +210,20 @@ Freedom freedom(const System& system, const VectorXd& q) {
   return result;
 }
 
+Freedom initial_freedom(const MultibodyDef& definition) {
+  const System system(definition);
+  VectorXd q = VectorXd::Zero(system.position_size());
+  for (int i = 0; i < system.body_count(); ++i) {
+    q.segment<3>(7 * i) = definition.bodies[i].initial_position;
+    q.segment<4>(7 * i + 3) = definition.bodies[i].initial_quaternion.normalized();
+  }
+  reach_positions(system, q);
+  return freedom(system, q);
+}
+
 std::string summary(const Freedom& f) {
   std::ostringstream text;
-  text << "degrees of freedom: " << f.degrees() << " (" << f.velocities << " velocities, " << f.independent
-       << " independent joint equations";
+  text << f.degrees() << " (" << f.velocities << " velocities, " << f.independent << " independent joint equations";
   if (f.equations > f.independent) text << ", " << f.equations - f.independent << " dependent ones";
   text << ")";
   return text.str();
@@ -202,20 +231,20 @@ std::string summary(const Freedom& f) {
 
 bool reach_positions(const System& system, VectorXd& q) {
   constexpr int kMaxIterations = 100;
-  constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1]
+  constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1], [rad]
   Evaluation e = system.make_evaluation();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const ScaledGradient g = scaled_gradient(system, q, e);
-    if (!g.phi.allFinite()) return false;
-    const double residual = g.phi.size() > 0 ? g.phi.cwiseAbs().maxCoeff() : 0.0;
+    const ScaledEquations s = scaled_equations(system, q, e);
+    if (!s.phi.allFinite()) return false;
+    const double residual = s.phi.size() > 0 ? s.phi.cwiseAbs().maxCoeff() : 0.0;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
     decomposition.setThreshold(kDependent);
-    decomposition.compute(g.B);
-    VectorXd motion = decomposition.solve(-g.phi);
-    const double size = size_of(system, g, motion);
+    decomposition.compute(s.B);
+    VectorXd motion = s.column.cwiseProduct(decomposition.solve(-s.row.cwiseProduct(s.phi)));
+    const double size = size_of(system, motion, s.length);
     if (size > kMaxMotion) motion *= kMaxMotion / size;
-    q = displaced(system, q, g.scale.cwiseProduct(motion));
+    q = displaced(system, q, motion);
   }
   return false;
 }
@@ -235,11 +264,21 @@ std::string describe_dependence(const MultibodyDef& definition, const System& sy
   return text + "; replace a joint by one that leaves more freedom.";
 }
 
+std::string describe_nearness(const System& system, const VectorXd& q) {
+  constexpr double kNear = 1e-3;
+  const double margin = freedom(system, q).margin;
+  if (margin > kNear) return "";
+  std::ostringstream text;
+  text << "The mechanism is near a singular position there: of one joint equation a part of " << margin
+       << " is all that does not follow from the others.";
+  return text.str();
+}
+
 std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   if (const std::string text = describe_dependence(definition, system, q); !text.empty()) return text;
   Evaluation e = system.make_evaluation();
   system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
-  const VectorXd length = lengths(system, e);
+  const VectorXd length = lengths(system, e).cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;
   for (const RigidBodyDef& body : definition.bodies) heaviest = std::max(heaviest, mass(body));
   std::size_t lightest = 0;
@@ -253,7 +292,7 @@ std::string describe_singularity(const MultibodyDef& definition, const System& s
   std::ostringstream text;
   text << "The mass or inertia of body " << body.name << " is too small for this mechanism: " << mass(body) << " kg";
   if (!body.modal) text << " and at least " << body.inertia.minCoeff() << " kg.m2";
-  text << ", where joints act at " << length[lightest] << " m and the heaviest body has " << heaviest
+  text << ", where joints act at up to " << length[lightest] << " m and the heaviest body has " << heaviest
        << " kg; digits to tell them apart are missing.";
   return text.str();
 }

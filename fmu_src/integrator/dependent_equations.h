@@ -19,15 +19,16 @@ struct Freedom {
     int equations = 0, dependent = 0;  // of these joints
   };
   std::vector<Group> groups;
-  // Smallest part of an independent equation that those before it do not say, 1: it is perpendicular to them.
-  double margin = 1;
+  double margin = 1;  // smallest part of an equation that is perpendicular to those before it
 
   int degrees() const { return velocities - independent; }
 };
 
 Freedom freedom(const System& system, const VectorXd& q);
+// At the initial positions, moved onto the joints' equations as far as that goes.
+Freedom initial_freedom(const MultibodyDef& definition);
 
-// "degrees of freedom: 1 (18 velocities, 17 independent joint equations)"
+// "1 (18 velocities, 17 independent joint equations)"
 std::string summary(const Freedom& freedom);
 
 // Moves q onto Phi(q) = 0 also where equations are dependent; false when it cannot be reached. The way there is another
@@ -37,6 +38,9 @@ bool reach_positions(const System& system, VectorXd& q);
 // One sentence when equations are dependent at q, with Phi(q) = 0: joints that are dependent wherever they go, or a
 // position that is singular. Empty when all are independent.
 std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q);
+
+// One sentence when q is near a position where independent equations become dependent, or empty.
+std::string describe_nearness(const System& system, const VectorXd& q);
 
 // Why the matrix of the equations of motion cannot be factorized at q: the sentence above, or which mass or inertia is
 // too small.

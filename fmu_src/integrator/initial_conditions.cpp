@@ -14,7 +14,14 @@ namespace sigmafmu {
 namespace {
 
 // Of the joints' equations after a solution, against the accelerations: rounding leaves less.
-constexpr double kNegligibleDefect = 1e-11;
+constexpr double kNegligibleDefect = 2e-12;
+
+template <typename Vector>
+double largest(const Vector& x) {
+  double result = 0;
+  for (double entry : x) result = std::max(result, std::abs(entry));
+  return result;
+}
 
 }  // namespace
 
@@ -97,8 +104,8 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-// Largest entry of -Z v - B vdot, over that of all accelerations. Bodies are eliminated first, which leaves their
-// equations no error but rounding: where light bodies cost digits, it is the joints' equations that show it.
+// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated first, which leaves
+// their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show it.
 double ConsistentSolver::constraint_defect() {
   defect_ = gamma_;
   for (const auto& [joint, body, side] : system_.pattern().incidences) {
@@ -116,19 +123,29 @@ double ConsistentSolver::constraint_defect() {
     defect_.segment(system_.lambda_index(joint), B.rows()).noalias() -=
         B.lazyProduct(motion().segment(system_.modal_velocity(flexible), B.cols()));
   }
-  double largest = 0, scale = std::numeric_limits<double>::min();
-  for (double d : defect_) largest = std::max(largest, std::abs(d));
-  for (double a : motion()) scale = std::max(scale, std::abs(a));
-  return largest / scale;
+  return largest(defect_) / std::max(largest(motion()), std::numeric_limits<double>::min());
 }
 
-// Iterative refinement of x_ until the defect no longer falls; false when digits are missing even then.
+// Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains.
 bool ConsistentSolver::refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambda) {
   constexpr int kMaxRefinements = 20;
-  constexpr double kTolerableDefect = 1e-9;
-  double defect = constraint_defect();
-  for (int i = 0; i < kMaxRefinements; ++i) {
-    const double before = defect;
+  constexpr double kTolerableDefect = 1e-8;
+  double driving = 0;  // an acceleration that the forces can give to the heaviest body
+  for (int part = 0; part < 2; ++part) {
+    double force = 0, inertia = 0;
+    for (int i = 0; i < system_.body_count(); ++i) {
+      const int f = system_.flexible_index(i);
+      const RigidBody& body = system_.body(i);
+      force = std::max(force, r_.segment<3>(6 * i + 3 * part).cwiseAbs().maxCoeff());
+      inertia = std::max(inertia, part == 0 ? body.mass : body.J.diagonal().maxCoeff());
+      if (f >= 0) inertia = std::max(inertia, evaluation_.flexible[f].M.diagonal().segment<3>(3 * part).maxCoeff());
+    }
+    driving = std::max(driving, force / inertia);
+  }
+  double defect = INFINITY, before;
+  int count = 0;
+  do {
+    before = defect;
     vdot = motion();
     lambda = multipliers();
     system_.residual(evaluation_, vdot, lambda, u, r_);
@@ -138,9 +155,8 @@ bool ConsistentSolver::refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambd
     motion() += vdot;
     multipliers() += lambda;
     defect = constraint_defect();
-    if (!(defect < 0.5 * before)) break;
-  }
-  singular_ = !(defect <= kTolerableDefect) && x_.allFinite();
+  } while (defect < 0.5 * before && ++count < kMaxRefinements);
+  singular_ = defect > kTolerableDefect && largest(defect_) > kTolerableDefect * driving;
   return !singular_;
 }
 
@@ -229,6 +245,23 @@ bool ConsistentSolver::project_velocities(const VectorXd& q, VectorXd& v) {
   return v.allFinite();
 }
 
+namespace {
+
+// What stopped the projection that began at `start` and came to `end`, if it is not that joints are too far apart.
+std::string describe_obstacle(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
+                              const VectorXd& start, const VectorXd& end) {
+  VectorXd reachable = start, rest = VectorXd::Zero(system.velocity_size());
+  if (!reach_positions(system, reachable)) return "";
+  for (const VectorXd& q : {reachable, end}) {
+    const std::string text = describe_dependence(definition, system, q);
+    if (!text.empty()) return text;
+  }
+  if (solver.project_velocities(reachable, rest)) return "";
+  return describe_singularity(definition, system, reachable);
+}
+
+}  // namespace
+
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
               VectorXd& v) {
   for (int i = 0; i < system.body_count(); ++i) {
@@ -248,8 +281,8 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   const VectorXd given = q;
   const auto result = solver.project_positions(q);
   if (!result.possible) {
-    VectorXd reachable = given;
-    if (reach_positions(system, reachable)) throw std::runtime_error(describe_singularity(definition, system, reachable));
+    const std::string reason = describe_obstacle(definition, system, solver, given, q);
+    if (!reason.empty()) throw std::runtime_error(reason);
     std::ostringstream message;
     message << "The mechanism cannot be assembled from its initial positions: joint "
             << definition.joints[result.worst_joint].name << " keeps a position residual of " << result.residual

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fmi/variables.h"
+#include "integrator/dependent_equations.h"
 #include "integrator/initial_conditions.h"
 
 namespace nb = nanobind;
@@ -29,7 +30,10 @@ struct PyOutputs {
   }
   VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
-    if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
+    if (!solver.accelerations(q, v, u, vdot, lambda)) {
+      throw std::runtime_error(solver.singular() ? describe_singularity(mechanism.multibody, system, q)
+                                                 : "a value overflows");
+    }
     system.evaluate(q, v, e);
     const View view{mechanism, system, state, q, v, e, vdot, lambda};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));

@@ -1,6 +1,7 @@
 """Readable account of a model, made from its modelDescription.xml alone."""
 
 from collections.abc import Iterable, Iterator
+from xml.etree import ElementTree
 
 from fmpy.model_description import ModelVariable
 from rich import box
@@ -61,6 +62,7 @@ def _head(fmu: Fmu) -> Group:
             capabilities.append(label if value is True else f"{label} {value}")
     facts = {
         "FMU": f"{fmu.path} (FMI {d.fmiVersion} co-simulation, version {d.version})",
+        "Degrees of freedom": _freedom(fmu),
         "Stop time": f"{d.defaultExperiment.stopTime} s" if d.defaultExperiment else "not given",
         "Can": ", ".join(capabilities),
     }
@@ -68,6 +70,13 @@ def _head(fmu: Fmu) -> Group:
     for key, value in facts.items():
         grid.add_row(Text(key, style="dim"), Text(value, overflow="fold"))
     return Group(Text.assemble((fmu.name, "bold"), f": {d.description or ''}"), grid)
+
+
+def _freedom(fmu: Fmu) -> str:
+    """What the build found out about the joints' equations."""
+    root = ElementTree.parse(fmu.directory / "modelDescription.xml").getroot()
+    found = root.find("VendorAnnotations/Tool[@name='sigmafmu']/DegreesOfFreedom")
+    return "not given" if found is None else found.get("value", "")
 
 
 def _new_table(title: str) -> Table:
