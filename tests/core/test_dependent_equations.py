@@ -1,4 +1,4 @@
-"""Dependent joints are found whatever their geometry, named, and told apart from other reasons that stop a mechanism."""
+"""Dependent joints are found whatever their geometry, named, and told apart from what else stops a mechanism."""
 
 import re
 
@@ -15,12 +15,13 @@ from .closed_chains import (
     UNIVERSAL,
     JointPlace,
     bricard,
+    direction,
     door,
     independent_chain,
     mechanism,
     planar_four_bar,
 )
-from .helpers import GROUND
+from .helpers import GROUND, exact, mass_matrix, mp, rounded
 
 DEPENDENT = {  # what is built, and how many of how many equations follow from others
     "door on hinge and ball": (door, 3, 8),
@@ -162,3 +163,38 @@ def test_a_mechanism_that_cannot_move_has_no_freedom():
     places = [JointPlace(FIXED, GROUND, 0, np.ones(3), np.array([0.0, 0, 1]))]
     found = _core.freedom(mechanism(rng, 1, places).multibody)
     assert (found.degrees, str(found)) == (0, "0 (6 velocities, 6 independent joint equations)")
+
+
+# --- accelerations of light bodies -----------------------------------------------------------------------------------
+
+
+def exact_accelerations(definition: _core.Multibody, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(vdot, lambda) of M vdot + g + Bᵀ lambda = 0, B vdot + Z v = 0, solved in 50 digits."""
+    system = _core.System(definition)
+    n, m = system.velocity_size, system.constraint_size
+    forces = system.residual(q, v, np.zeros(n), np.zeros(m), np.zeros(system.input_size))
+    _, _, B, Z = system.constraints(q, v)
+    matrix = np.block([[mass_matrix(definition), B.T], [B, np.zeros((m, m))]])
+    right = exact(-np.concatenate([forces, np.zeros(m)]))
+    right[n:, 0] = -exact(Z) * exact(v)
+    return rounded(mp.lu_solve(exact(matrix), right))
+
+
+@pytest.mark.parametrize("light", [1.0, 1e-3, 1e-9, 1e-12, 1e-14], ids=lambda mass: f"{mass:g} kg")
+def test_a_light_link_costs_no_digits(light):
+    """Between two bodies of 1 kg, on hinges of any direction."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        points = np.cumsum([direction(rng) for _ in range(3)], axis=0)
+        places = [JointPlace(REVOLUTE, i - 1, i, points[i], direction(rng)) for i in range(3)]
+        chain = mechanism(rng, 3, places, [1.0, light, 1.0]).multibody
+        chain.gravity = np.array([0, 0, -9.81])
+        for i in range(3):
+            chain.body(i).initial_angular_velocity = rng.normal(size=3)
+        q, v = _core.assemble(chain)
+        system = _core.System(chain)
+        found = system.accelerations(q, v, np.zeros(system.input_size))
+        expected = exact_accelerations(chain, q, v)
+        parts = (expected[: len(v)], expected[len(v) :])
+        for value, part in zip(found, parts, strict=True):
+            assert np.abs(value - part).max() <= 1e-10 * np.abs(part).max(), seed

@@ -22,9 +22,9 @@ from .helpers import (
     Instance,
     bodies,
     fastest_rotation,
-    owners,
     flexible_bodies,
     orders,
+    owners,
     rotation_matrix,
 )
 
