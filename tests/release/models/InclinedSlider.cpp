@@ -27,8 +27,7 @@ Mechanism InclinedSlider() {
 
   const Matrix3d rail = axes_with_z({1, 0, -0.5});
   m.multibody.add(JointDef{"rail", JointType::prismatic, kGround, {{0, 0, 0}, rail}, block_index, {{0, 0, 0}, rail}});
-  m.multibody.add(
-      JointDef{"hook", JointType::universal, block_index, {{0, 0, -0.05}}, pendulum_index, {{0, 0, 0.2}}});
+  m.multibody.add(JointDef{"hook", JointType::universal, block_index, {{0, 0, -0.05}}, pendulum_index, {{0, 0, 0.2}}});
   return m;
 }
 
