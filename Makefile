@@ -43,6 +43,8 @@ $(BUILT): $(SETUP) $(SOURCES)
 	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV)"
 	@$(IN_VENV) $(PIP) install --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
 	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) .
+	@for xml in $(BUILD)/fmu/*/modelDescription.xml; do model=$$(basename $$(dirname $$xml)); \
+	  sed -n "s|.*<DegreesOfFreedom value=\"\(.*\)\"/>|build: $$model: degrees of freedom: \1|p" $$xml; done
 	@touch $@
 
 demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/
