@@ -56,6 +56,8 @@ $(BUILT): $(SETUP) $(SOURCES)
 	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV) (minutes the first time)"
 	@$(IN_VENV) $(PIP) install -v --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
 	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) . $(SAVED) | $(STEPS) $(OR_TELL)
+	@for xml in $(BUILD)/fmu/*/modelDescription.xml; do model=$$(basename $$(dirname $$xml)); \
+	  sed -n "s|.*<DegreesOfFreedom value=\"\(.*\)\"/>|build: $$model: degrees of freedom: \1|p" $$xml; done
 	@touch $@
 
 demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/
@@ -87,13 +89,22 @@ test-tsan: build ## run FMU instances in threads under the thread sanitizer
 	@SIGMAFMU_FMUS="$(CURDIR)/build/tsan/fmus" LD_PRELOAD="$(TSAN)" TSAN_OPTIONS=halt_on_error=1 \
 	 setarch -R $(BIN)/python -m pytest tests/fmu/test_instances.py -k thread $(PYTEST_ARGS)
 
-test-asan: build ## run the FMU tests against FMUs built with the address and undefined-behaviour sanitizers
-	@echo "test-asan: FMUs with sanitizers -> build/asan/fmus"
+# The whole Python package with what is compiled under sanitizers: PYTHONPATH puts it before the installed one.
+ASAN_PACKAGE := build/asan/python
+ASAN_QUICK   := tests/fmu/test_flexible.py tests/fmu/test_steps.py tests/fmu/test_state.py \
+                tests/core/test_system.py tests/core/test_joints.py tests/core/test_flexible.py tests/core/test_runs.py
+
+test-asan: build ## run FMU and core tests under the address and undefined-behaviour sanitizers; QUICK=1: some
+	@echo "test-asan: FMUs and Python package with sanitizers and assertions -> $(ASAN_PACKAGE)"
 	@$(IN_VENV) cmake --preset asan
 	@$(IN_VENV) cmake --build --preset asan
-	@SIGMAFMU_FMUS="$(CURDIR)/build/asan/fmus" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
+	@rm -rf $(ASAN_PACKAGE) && mkdir -p $(ASAN_PACKAGE) && cp -r tools/sigmafmu $(ASAN_PACKAGE)
+	@cp -r tests/references models/resources $(ASAN_PACKAGE)/sigmafmu
+	@$(IN_VENV) cmake --install build/asan --prefix $(ASAN_PACKAGE) > /dev/null
+	@PYTHONPATH="$(CURDIR)/$(ASAN_PACKAGE)" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
 	 ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-	 $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
+	 $(BIN)/python -m pytest -n auto $(if $(QUICK),-m "not slow and not heavy and not release" $(ASAN_QUICK),tests/fmu tests/core) \
+	 $(PYTEST_ARGS)
 
 lint: $(SETUP) ## check style: ruff and clang-format
 	@echo "lint: ruff, clang-format"

@@ -39,12 +39,16 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
       for (double& x : modal.shapes.reshaped()) x += 0.1 * shape * random();
       continue;
     }
-    const double trace = body.inertia.sum();
-    body.inertia.array() += 0.2 * trace;
-    for (double& product : body.inertia_products) product = 0.05 * trace * (1.5 + random());
+    // Mass is added whose second moments A A^T do not know the body's axes: what a body can have, however thin it is.
+    const Matrix3d A = Matrix3d::NullaryExpr([&] { return random(); });
+    const Matrix3d moments = 0.2 * body.inertia.sum() * A * A.transpose();
+    body.inertia.array() += moments.trace() - moments.diagonal().array();
+    body.inertia_products -= Vector3d(moments(0, 1), moments(0, 2), moments(1, 2));
   }
   const double length = scales(mechanism.multibody).length;
   const Comparable comparable{length > 0 ? length : 1.0};
+  double force = 1;  // [N] that no body takes amiss
+  for (const RigidBodyDef& body : mechanism.multibody.bodies) force = std::min(force, 10 * mass(body));
   Slave slave(mechanism, "", [](Slave::Report, const std::string&) {});
   const auto& variables = slave.variables();
   std::vector<unsigned> inputs, outputs;
@@ -59,7 +63,9 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const double H = 0.1 * mechanism.stop_time / kPoints;
   for (int point = 0; point < kPoints; ++point) {
     std::vector<double> values;
-    for (std::size_t i = 0; i < inputs.size(); ++i) values.push_back(random());
+    for (unsigned i : inputs) {
+      values.push_back(force * (variables[i].unit == std::string("N") ? 1 : comparable.length) * random());
+    }
     slave.set(inputs.data(), inputs.size(), false, values.data());
     if (!slave.do_step(slave.time(), H)) throw std::runtime_error(slave.message());
 

@@ -15,6 +15,7 @@
 #include "fmi/modal_file.h"
 #include "fmi/variables.h"
 #include "integrator/assembly.h"
+#include "integrator/dependent_equations.h"
 #include "integrator/input_signal.h"
 #include "mechanisms.h"
 
@@ -154,6 +155,16 @@ void write_structure(XMLElement* root, const std::vector<Variable>& variables, c
   }
 }
 
+// Degrees of freedom, for the reader of the build's output and for `sigmafmu info`. Throws when nothing can move.
+void write_freedom(XMLElement* root, const Mechanism& mechanism) {
+  const Freedom f = initial_freedom(mechanism.multibody);
+  std::printf("%s: degrees of freedom: %s\n", mechanism.name.c_str(), summary(f).c_str());
+  if (f.degrees() == 0) throw std::runtime_error(mechanism.name + " cannot move: degrees of freedom: " + summary(f));
+  XMLElement* tool = root->InsertNewChildElement("VendorAnnotations")->InsertNewChildElement("Tool");
+  set(tool, "name", "sigmafmu");
+  set(tool->InsertNewChildElement("DegreesOfFreedom"), "value", summary(f));
+}
+
 void write(const Mechanism& mechanism, const char* file, const std::vector<const char*>& sources) {
   const System system(mechanism.multibody);
   const auto variables = make_variables(mechanism, system);
@@ -203,9 +214,10 @@ void write(const Mechanism& mechanism, const char* file, const std::vector<const
   XMLElement* experiment = root->InsertNewChildElement("DefaultExperiment");
   set(experiment, "startTime", 0.0);
   set(experiment, "stopTime", mechanism.stop_time);
-  // What a master that passes it on asks for: the start value of the tolerance, so that it changes nothing.
-  set(experiment, "tolerance", mechanism.integrator.relative_tolerance);
+  // What a master that passes it on asks for: the start values of the tolerances, so that it changes nothing.
+  set(experiment, "tolerance", mechanism.integrator.error_tolerance);
   set(experiment, "stepSize", mechanism.communication_step);
+  write_freedom(root, mechanism);
 
   XMLElement* list = root->InsertNewChildElement("ModelVariables");
   for (unsigned i = 0; i < variables.size(); ++i) write_variable(list, variables[i], i, mechanism);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "integrator/dependent_equations.h"
 #include "text/text.h"
 
 namespace sigmafmu {
@@ -132,7 +133,10 @@ void Slave::initialize() {
     throw Discarded(e.what());
   }
   if (!engine_->integrator->initialize(data_.state, data_.input)) {
-    throw Discarded("The accelerations at the start cannot be computed: redundant joints, or a value that overflows.");
+    const State& s = data_.state;
+    data_.input.value(s.elapsed, outputs_.u);
+    accelerations_or_discard(s.q, s.v, outputs_.u, outputs_.vdot, outputs_.lambda);
+    throw Discarded("The derivatives of the accelerations at the start overflow.");
   }
   count_turns(mechanism_.multibody, data_.state.angle);
   data_.last_input = data_.input.derivative[0];
@@ -158,10 +162,11 @@ View Slave::view() const {
 
 void Slave::accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                      VectorXd& lambda) {
-  if (!engine_->solver.accelerations(q, v, u, vdot, lambda)) {
-    fail<Discarded>("The accelerations at t = ", time(),
-                    " s cannot be computed: the joints' equations are dependent there, or a value overflows.");
-  }
+  if (engine_->solver.accelerations(q, v, u, vdot, lambda)) return;
+  const auto& definition = mechanism_.multibody;
+  fail<Discarded>("The accelerations at t = ", time(), " s cannot be computed. ",
+                  engine_->solver.singular() ? describe_singularity(definition, engine_->system, q)
+                                             : "A velocity or a force overflows.");
 }
 
 void Slave::evaluate(bool accelerations) {
@@ -433,6 +438,10 @@ void Slave::describe_failure(const StepFailure& f) {
            << f.measure << " times the tolerance";
   }
   text << "; the last successful time is " << data_.state.time << " s.";
+  if (f.reason != StepFailure::Reason::not_finite) {
+    const std::string position = describe_position();
+    if (!position.empty()) text << ' ' << position;
+  }
   message_ = text.str();
 }
 
@@ -440,6 +449,16 @@ void Slave::warn_about_initial_values() const {
   const State& s = data_.state;
   const std::string moved = describe_moved_values(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
   if (!moved.empty()) report_(Report::warning, moved);
+}
+
+// What is to be said of the position from which a step failed; nothing when it is a fair one.
+std::string Slave::describe_position() {
+  const State& s = data_.state;
+  const std::string text = describe_nearness(engine_->system, s.q);
+  if (!text.empty()) return text;
+  ConsistentSolver& solver = engine_->solver;
+  if (solver.accelerations(s.q, s.v, data_.last_input, vdot_before_, lambda_scratch_) || !solver.singular()) return "";
+  return describe_singularity(mechanism_.multibody, engine_->system, s.q);
 }
 
 void Slave::warn_about_settings() {

@@ -97,6 +97,7 @@ class Slave {
   void warn_about_settings();
   void warn_about_accuracy(double t, double h);
   void describe_failure(const StepFailure& failure);
+  std::string describe_position();
 
   const Mechanism defaults_;
   const std::string identity_;

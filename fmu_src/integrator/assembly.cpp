@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "integrator/dependent_equations.h"
 #include "integrator/held_projection.h"
 #include "lie/r3xso3.h"
 #include "text/text.h"
@@ -42,19 +43,35 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
   }
 }
 
+// What stopped the projection that began at `start` and came to `end`, if it is not that joints are too far apart.
+std::string describe_obstacle(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
+                              const VectorXd& start, const VectorXd& end) {
+  VectorXd reachable = start, rest = VectorXd::Zero(system.velocity_size());
+  if (!reach_positions(system, reachable)) return "";
+  for (const VectorXd& q : {reachable, end}) {
+    const std::string text = describe_dependence(definition, system, q);
+    if (!text.empty()) return text;
+  }
+  if (solver.project_velocities(reachable, rest)) return "";
+  return describe_singularity(definition, system, reachable);
+}
+
 // All initial values give way.
 void assemble_freely(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
                      VectorXd& v) {
   read_initial_values(definition, system, q, v);
   const VectorXd q0 = q;
   if (!solver.project_positions(q).possible) {
+    const std::string reason = describe_obstacle(definition, system, solver, q0, q);
+    if (!reason.empty()) throw std::runtime_error(reason);
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
-  require_agreeing_axes(definition, system, q);
-  if (!solver.project_velocities(q, v)) {
-    throw std::runtime_error("The joints' equations are dependent at the initial position: remove redundant joints.");
+  if (const std::string text = describe_dependence(definition, system, q); !text.empty()) {
+    throw std::runtime_error(text);
   }
+  require_agreeing_axes(definition, system, q);
+  if (!solver.project_velocities(q, v)) throw std::runtime_error(describe_singularity(definition, system, q));
 }
 
 // A joint's or body's present value.

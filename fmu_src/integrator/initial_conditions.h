@@ -17,9 +17,11 @@ class ConsistentSolver {
  public:
   explicit ConsistentSolver(const System& system);
 
-  // vdot and lambda at (q, v, u). False when the constraints are dependent or a value is not finite.
+  // vdot and lambda at (q, v, u). False when the matrix is singular to working precision or a value is not finite.
   [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                    VectorXd& lambda);
+  // Whether it was the matrix that made accelerations() fail, and not a value.
+  bool singular() const { return singular_; }
   // At the point of the last call: kinematics and constraints, after accelerations() also Z.
   const Evaluation& evaluation() const { return evaluation_; }
 
@@ -46,6 +48,8 @@ class ConsistentSolver {
  private:
   bool factorize();
   void solve();
+  double constraint_defect();
+  [[nodiscard]] bool refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambda);
   Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
   Eigen::Map<VectorXd> multipliers() { return {x_.data() + system_.velocity_size(), system_.constraint_size()}; }
 
@@ -53,7 +57,9 @@ class ConsistentSolver {
   Evaluation evaluation_;
   BlockLU lu_;
   Factorization factorization_;
-  VectorXd x_, zero_velocity_, zero_lambda_, zero_input_, r_;
+  bool singular_ = false;
+  VectorXd x_, zero_velocity_, zero_lambda_, r_;
+  VectorXd gamma_, defect_;  // -Z v and what B vdot misses of it
   VectorXd u_, q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };
 

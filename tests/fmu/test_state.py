@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .helpers import ERROR, Instance, assert_same_bits, inputs, integrator_combinations, parameters
+from .helpers import ERROR, Instance, assert_same_bits, inputs, integrator_combinations, parameters, rigid_bodies
 
 COMBINATIONS = integrator_combinations()
 
@@ -25,10 +25,14 @@ def communication_step(instance: Instance) -> float:
 
 
 def shake(instance: Instance, seed: int = 1) -> None:
-    """Sets every input to something."""
+    """Sets every input to something, a torque on a body to no more than 100 rad/s² of it."""
     rng = np.random.default_rng(seed)
     names = inputs(instance.fmu)
-    instance.set(dict(zip(names, 0.1 * rng.uniform(-1, 1, len(names)), strict=True)))
+    values = dict(zip(names, 0.1 * rng.uniform(-1, 1, len(names)), strict=True))
+    for body in rigid_bodies(instance.fmu):
+        for i, moment in enumerate(("xx", "yy", "zz")):
+            values[f"{body}.torque[{i + 1}]"] *= min(1.0, 1e3 * instance.get(f"{body}.inertia.{moment}"))
+    instance.set(values)
 
 
 # --- rollback --------------------------------------------------------------------------------------------------------

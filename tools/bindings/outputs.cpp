@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fmi/variables.h"
+#include "integrator/dependent_equations.h"
 #include "integrator/initial_conditions.h"
 
 namespace nb = nanobind;
@@ -32,7 +33,10 @@ struct PyOutputs {
     state.angle = angles.value_or(VectorXd::Zero(system.joint_count()));
     if (state.angle.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
-    if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
+    if (!solver.accelerations(q, v, u, vdot, lambda)) {
+      throw std::runtime_error(solver.singular() ? describe_singularity(mechanism.multibody, system, q)
+                                                 : "a value overflows");
+    }
     system.evaluate(q, v, e);
     const View view{mechanism, system, state, q, v, e, vdot, lambda};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));

@@ -2,10 +2,13 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
 #include <stdexcept>
 
+#include "integrator/dependent_equations.h"
 #include "integrator/initial_conditions.h"
 #include "lie/r3xso3.h"
 #include "multibody/system.h"
@@ -18,7 +21,8 @@ namespace {
 
 // Dense views of one evaluation, for checking every derivative against differences.
 struct PySystem {
-  explicit PySystem(const MultibodyDef& d) : system((validate(d), d)), e(system.make_evaluation()), solver(system) {}
+  explicit PySystem(const MultibodyDef& d)
+      : definition((validate(d), d)), system(d), e(system.make_evaluation()), solver(system) {}
 
   void check(const VectorXd& q, const VectorXd& v) const {
     if (q.size() != system.position_size() || v.size() != system.velocity_size()) {
@@ -108,7 +112,7 @@ struct PySystem {
     check(q, v);
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     check_forces(lambda, u);
-    if (!solver.accelerations(q, v, u, vdot, lambda)) throw std::runtime_error("dependent constraints");
+    if (!solver.accelerations(q, v, u, vdot, lambda)) fail(q);
     return nb::make_tuple(vdot, lambda);
   }
   VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
@@ -116,7 +120,7 @@ struct PySystem {
     InputSignal input(system.input_size());
     input.derivative[0] = u;
     VectorXd vddot(system.velocity_size());
-    if (!solver.jerk(q, v, vdot, input, 0.0, vddot)) throw std::runtime_error("dependent constraints");
+    if (!solver.jerk(q, v, vdot, input, 0.0, vddot)) fail(q);
     return vddot;
   }
   double energy(const VectorXd& q, const VectorXd& v) {
@@ -176,10 +180,15 @@ struct PySystem {
     return q;
   }
   VectorXd project_velocities(const VectorXd& q, VectorXd v) {
-    if (!solver.project_velocities(q, v)) throw std::runtime_error("dependent constraints");
+    if (!solver.project_velocities(q, v)) throw std::runtime_error(describe_singularity(definition, system, q));
     return v;
   }
 
+  [[noreturn]] void fail(const VectorXd& q) const {
+    throw std::runtime_error(solver.singular() ? describe_singularity(definition, system, q) : "a value overflows");
+  }
+
+  MultibodyDef definition;
   System system;
   Evaluation e;
   ConsistentSolver solver;
@@ -188,6 +197,19 @@ struct PySystem {
 }  // namespace
 
 void bind_system(nb::module_& m) {
+  nb::class_<Freedom::Group>(m, "DependentGroup", "Joints whose equations depend on each other.")
+      .def_ro("joints", &Freedom::Group::joints, "Their indices.")
+      .def_ro("equations", &Freedom::Group::equations, "How many these joints have,")
+      .def_ro("dependent", &Freedom::Group::dependent, "and how many of them follow from the others.");
+  nb::class_<Freedom>(m, "Freedom", "The joints' equations at a position.")
+      .def_ro("velocities", &Freedom::velocities)
+      .def_ro("equations", &Freedom::equations)
+      .def_ro("independent", &Freedom::independent)
+      .def_ro("groups", &Freedom::groups)
+      .def_ro("margin", &Freedom::margin, "Smallest part of an equation that is perpendicular to those before it.")
+      .def_prop_ro("degrees", &Freedom::degrees)
+      .def("__str__", &summary);
+  m.def("freedom", &initial_freedom, "multibody"_a, "Degrees of freedom and dependent equations at the start.");
   nb::class_<PySystem>(m, "System", "Equations of motion of a Multibody, as dense arrays.")
       .def(nb::init<const MultibodyDef&>())
       .def_prop_ro("position_size", [](const PySystem& s) { return s.system.position_size(); })
@@ -207,6 +229,13 @@ void bind_system(nb::module_& m) {
       .def(
           "modes", [](const PySystem& s, int body) { return s.system.modes(body); }, "body"_a)
       .def("node_position", &PySystem::node_position, "q"_a, "body"_a, "node"_a, "In W.")
+      .def(
+          "freedom",
+          [](const PySystem& s, const VectorXd& q) {
+            s.check(q, VectorXd::Zero(s.system.velocity_size()));
+            return freedom(s.system, q);
+          },
+          "q"_a)
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
       .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)

@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from xml.etree import ElementTree
 
 from fmpy.model_description import ModelVariable
 from rich.console import Console, ConsoleOptions, Group, RenderResult
@@ -111,6 +112,7 @@ def _head(fmu: Fmu) -> Group:
     facts = {
         "FMU": str(fmu.path),
         "Version": f"{d.version}, FMI {d.fmiVersion} co-simulation",
+        "Degrees of freedom": _freedom(fmu),
         "Stop time": f"{d.defaultExperiment.stopTime} s" if d.defaultExperiment else "not given",
         "Can": ", ".join(capabilities),
     }
@@ -124,6 +126,13 @@ def _head(fmu: Fmu) -> Group:
         line.stylize("dim", 0, size)
         lines += [line, *(Text(" " * size + piece) for piece in more)]
     return Group(*lines)
+
+
+def _freedom(fmu: Fmu) -> str:
+    """What the build found out about the joints' equations."""
+    root = ElementTree.parse(fmu.directory / "modelDescription.xml").getroot()
+    found = root.find("VendorAnnotations/Tool[@name='sigmafmu']/DegreesOfFreedom")
+    return "not given" if found is None else found.get("value", "")
 
 
 def _entry(name: str, elements: list[ModelVariable], columns: tuple[str, ...]) -> Entry:

@@ -1,0 +1,49 @@
+// Which of the joints' equations follow from others, and why a position cannot be computed: what a mechanism is told
+// when it is assembled or has failed. Dense and with allocations: never part of a step that goes well.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "multibody/system.h"
+
+namespace sigmafmu {
+
+// The joints' equations B v = 0 at a position.
+struct Freedom {
+  int velocities = 0, equations = 0, independent = 0;
+  // Joints whose equations depend on each other, apart from those of other groups: which equations of a joint follow
+  // from those before them is a matter of order.
+  struct Group {
+    std::vector<int> joints;
+    int equations = 0, dependent = 0;  // of these joints
+  };
+  std::vector<Group> groups;
+  double margin = 1;  // smallest part of an equation that is perpendicular to those before it
+
+  int degrees() const { return velocities - independent; }
+};
+
+Freedom freedom(const System& system, const VectorXd& q);
+// At the initial positions, moved onto the joints' equations as far as that goes.
+Freedom initial_freedom(const MultibodyDef& definition);
+
+// "1 (18 velocities, 17 independent joint equations)"
+std::string summary(const Freedom& freedom);
+
+// Moves q onto Phi(q) = 0 also where equations are dependent; false when it cannot be reached. The way there is another
+// than that of ConsistentSolver: what is found is good for a diagnosis.
+bool reach_positions(const System& system, VectorXd& q);
+
+// One sentence when equations are dependent at q, with Phi(q) = 0: joints that are dependent wherever they go, or a
+// position that is singular. Empty when all are independent.
+std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q);
+
+// One sentence when q is near a position where independent equations become dependent, or empty.
+std::string describe_nearness(const System& system, const VectorXd& q);
+
+// Why the matrix of the equations of motion cannot be factorized at q: the sentence above, or which mass or inertia is
+// too small.
+std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q);
+
+}  // namespace sigmafmu
