@@ -91,7 +91,7 @@ test-tsan: build ## run FMU instances in threads under the thread sanitizer
 
 # The whole Python package with what is compiled under sanitizers: PYTHONPATH puts it before the installed one.
 ASAN_PACKAGE := build/asan/python
-ASAN_QUICK   := tests/fmu/test_flexible.py tests/fmu/test_steps.py tests/fmu/test_state.py \
+ASAN_QUICK   := tests/fmu/test_flexible.py tests/fmu/test_steps.py \
                 tests/core/test_system.py tests/core/test_joints.py tests/core/test_flexible.py tests/core/test_runs.py
 
 test-asan: build ## run FMU and core tests under the address and undefined-behaviour sanitizers; QUICK=1: some
