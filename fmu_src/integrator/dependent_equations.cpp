@@ -1,11 +1,12 @@
 #include "integrator/dependent_equations.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "integrator/least_squares.h"
 #include "lie/r3xso3.h"
+#include "multibody/dense.h"
 #include "text/text.h"
 
 namespace sigmafmu {
@@ -138,15 +139,13 @@ bool dependent_everywhere(const System& system, const VectorXd& q, int independe
   constexpr double kDistance = 0.02;
   Evaluation e = system.make_evaluation();
   const ScaledEquations s = scaled_equations(system, q, e);
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-  decomposition.setThreshold(kDependent);
-  decomposition.compute(s.B);
+  const LeastSquares equations(s.B, kDependent);
   for (int trial = 0; trial < 4; ++trial) {
     VectorXd motion(system.velocity_size());
     for (Eigen::Index i = 0; i < motion.size(); ++i) {  // any direction without symmetry
       motion[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
     }
-    motion -= decomposition.solve(s.B * motion);
+    motion += equations.solve(product(s.B, motion));
     motion = s.column.cwiseProduct(motion).eval();
     const double size = size_of(system, motion, s.length);
     if (!(size > kDependent)) return true;  // nothing moves
@@ -172,7 +171,8 @@ Freedom freedom(const System& system, const VectorXd& q) {
   for (int i = 0; i < result.equations; ++i) {
     VectorXd beyond = rows.row(i).transpose();
     const auto before = basis.leftCols(result.independent);
-    for (int repeat = 0; repeat < 2; ++repeat) beyond -= before * (before.transpose() * beyond).eval();
+    for (int repeat = 0; repeat < 2; ++repeat)
+      beyond -= before.lazyProduct(before.transpose().lazyProduct(beyond).eval());
     const double part = beyond.norm();
     result.margin = std::min(result.margin, part);
     if (part > kDependent && result.independent < basis.cols()) {
@@ -184,12 +184,14 @@ Freedom freedom(const System& system, const VectorXd& q) {
   }
   if (dependent.empty()) return result;
 
-  MatrixXd left(result.velocities, result.independent), right(result.velocities, dependent.size());
+  MatrixXd left(result.velocities, result.independent);
   for (int k = 0; k < result.independent; ++k) left.col(k) = rows.row(independent[k]).transpose();
-  for (std::size_t k = 0; k < dependent.size(); ++k) right.col(k) = rows.row(dependent[k]).transpose();
-  const MatrixXd found = left.colPivHouseholderQr().solve(right);
-  MatrixXd weights = MatrixXd::Zero(result.equations, right.cols());
-  for (int k = 0; k < result.independent; ++k) weights.row(independent[k]) = found.row(k);
+  const LeastSquares others(left, kDependent);
+  MatrixXd weights = MatrixXd::Zero(result.equations, static_cast<Eigen::Index>(dependent.size()));
+  for (Eigen::Index column = 0; column < weights.cols(); ++column) {
+    const VectorXd found = others.solve(rows.row(dependent[column]).transpose());
+    for (int k = 0; k < result.independent; ++k) weights(independent[k], column) = found[k];
+  }
   std::vector<int> dependents(system.joint_count(), 0);
   for (std::size_t k = 0; k < dependent.size(); ++k) {
     weights(dependent[k], k) = 1;
@@ -239,10 +241,7 @@ bool reach_positions(const System& system, VectorXd& q) {
     if (!s.phi.allFinite()) return false;
     const double residual = s.phi.size() > 0 ? s.phi.cwiseAbs().maxCoeff() : 0.0;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-    decomposition.setThreshold(kDependent);
-    decomposition.compute(s.B);
-    VectorXd motion = s.column.cwiseProduct(decomposition.solve(-s.row.cwiseProduct(s.phi)));
+    VectorXd motion = s.column.cwiseProduct(LeastSquares(s.B, kDependent).solve(s.row.cwiseProduct(s.phi)));
     const double size = size_of(system, motion, s.length);
     if (size > kMaxMotion) motion *= kMaxMotion / size;
     q = displaced(system, q, motion);

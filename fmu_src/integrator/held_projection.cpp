@@ -19,13 +19,7 @@ constexpr double kRounding = 1e-15, kReached = 1e-12, kAllowed = 1e-10;
 }  // namespace
 
 HeldProjection::HeldProjection(const MultibodyDef& definition, const System& system)
-    : definition_(definition), system_(system), e_(system.make_evaluation()) {
-  for (const JointDef& joint : definition.joints) {
-    if (joint.body1 != kGround) size_ = std::max(size_, joint.frame1.origin.norm());
-    if (joint.body2 != kGround) size_ = std::max(size_, joint.frame2.origin.norm());
-  }
-  if (size_ == 0) size_ = 1;
-}
+    : definition_(definition), system_(system), e_(system.make_evaluation()) {}
 
 bool HeldProjection::holds(Kind kind, int object, int component) const {
   return definition_.held.count({kind, object, component}) > 0;
@@ -210,7 +204,7 @@ VectorXd HeldProjection::moved(const VectorXd& q, const VectorXd& x) const {
 // What makes all equations lengths: 1, or the size of the mechanism for directions and angles.
 VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const {
   VectorXd result(system_.constraint_size() + static_cast<Eigen::Index>(coordinates.size()));
-  result.setConstant(size_);
+  result.setConstant(system_.size());
   for (int j = 0; j < system_.joint_count(); ++j) {
     result.segment(system_.lambda_index(j), system_.joint(j).length_equations()).setOnes();
   }
@@ -281,12 +275,12 @@ int HeldProjection::steps(const VectorXd& q0, const Coordinates& coordinates) co
   double count = 1;
   for (int i = 0; i < system_.body_count(); ++i) {
     const lie::Vector7d a = q0.segment<7>(7 * i), b = q1.segment<7>(7 * i);
-    count = std::max(count, (a.head<3>() - b.head<3>()).norm() / (kPart * size_));
+    count = std::max(count, (a.head<3>() - b.head<3>()).norm() / (kPart * system_.size()));
     count = std::max(count, lie::log(lie::quaternion(a).conjugate() * lie::quaternion(b)).norm() / kRotation);
   }
   for (const auto& [joint, from, to] : coordinates) {
     const bool turns = definition_.joints[joint].type == JointType::revolute;
-    count = std::max(count, std::abs(to - from) / (turns ? kRotation : kPart * size_));
+    count = std::max(count, std::abs(to - from) / (turns ? kRotation : kPart * system_.size()));
   }
   return static_cast<int>(std::ceil(std::min(count, kMost)));
 }

@@ -62,7 +62,6 @@ class HeldProjection {
   const MultibodyDef& definition_;
   const System& system_;
   Evaluation e_;
-  double size_ = 0;                 // of the mechanism [m]
   std::vector<int> free_[kLevels];  // velocities that may change, or whose positions may
   MatrixXd A_, M_;                  // equations (joints, then coordinates) by velocities; mass
 };

@@ -1,6 +1,7 @@
 #include "integrator/least_squares.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <cmath>
 #include <vector>
 
@@ -10,18 +11,21 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-LeastSquares::LeastSquares(const MatrixXd& A, double zero) {
-  const double first_pivot = std::sqrt(A.colwise().squaredNorm().maxCoeff());
-  decomposition_.setThreshold(first_pivot > zero ? zero / first_pivot : 1.0);
-  decomposition_.compute(A);
-}
+struct LeastSquares::Decomposition : Eigen::CompleteOrthogonalDecomposition<MatrixXd> {};
 
-VectorXd LeastSquares::solve(const VectorXd& r) const { return -decomposition_.solve(r); }
+LeastSquares::LeastSquares(const MatrixXd& A, double zero) : decomposition_(std::make_unique<Decomposition>()) {
+  const double first_pivot = std::sqrt(A.colwise().squaredNorm().maxCoeff());
+  decomposition_->setThreshold(first_pivot > zero ? zero / first_pivot : 1.0);
+  decomposition_->compute(A);
+}
+LeastSquares::~LeastSquares() = default;
+
+VectorXd LeastSquares::solve(const VectorXd& r) const { return -decomposition_->solve(r); }
 
 MatrixXd LeastSquares::beyond(const MatrixXd& B) const {
   MatrixXd turned = B;
-  turned.applyOnTheLeft(decomposition_.householderQ().adjoint());
-  return turned.bottomRows(B.rows() - decomposition_.rank());
+  turned.applyOnTheLeft(decomposition_->householderQ().adjoint());
+  return turned.bottomRows(B.rows() - decomposition_->rank());
 }
 
 void solve_in_turn(const MatrixXd* A, int count, const VectorXd& r, double zero, VectorXd* y) {

@@ -1,7 +1,8 @@
 // Small dense linear algebra that decides about rank; in one place, since it takes long to compile.
 #pragma once
 
-#include <Eigen/QR>
+#include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 namespace sigmafmu {
@@ -11,13 +12,15 @@ class LeastSquares {
  public:
   // What is smaller than `zero` in A, once its larger parts are eliminated, decides nothing.
   LeastSquares(const Eigen::MatrixXd& A, double zero);
+  ~LeastSquares();
 
   Eigen::VectorXd solve(const Eigen::VectorXd& r) const;
   // Combinations of equations that x cannot change, orthogonal and of length 1: those of other coefficients B.
   Eigen::MatrixXd beyond(const Eigen::MatrixXd& B) const;
 
  private:
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition_;
+  struct Decomposition;
+  std::unique_ptr<Decomposition> decomposition_;
 };
 
 // Solves A[0] y[0] + A[1] y[1] + ... = -r, as nearly as it can be, with the shortest last y, then the shortest last but

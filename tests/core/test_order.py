@@ -169,7 +169,8 @@ def test_random_mechanisms_approach_the_index_1_solution(seed, formulation):
         body.initial_velocity, body.initial_angular_velocity = rng.uniform(-1, 1, (2, 3))
 
     def ready(steps):
-        run = simulation(mechanism, formulation=formulation, spectral_radius=0.5, step_size=stop / steps)
+        chosen = {"formulation": formulation, "spectral_radius": 0.5, **TIGHT}
+        run = simulation(mechanism, step_size=stop / steps, **chosen)
         run.set_input(constant, slope, 0.0)
         run.start()
         return run

@@ -1,4 +1,4 @@
-"""Another process: restores serialized FMU states, goes on from each and writes the outputs.
+"""Another process: restores serialized FMU states, goes on from each and writes outputs and counters.
 
     python continue_from_state.py MODEL START H COUNT STATE...    (FILE -> FILE.npy)
 
@@ -15,9 +15,9 @@ from sigmafmu.fmu import Fmu
 
 def main(model: str, start: str, H: str, count: str, *files: str) -> None:
     fmu = Fmu.of_model(model)
-    outputs = [v for v in fmu.description.modelVariables if v.causality == "output"]
-    reals = [v.valueReference for v in outputs if v.type == "Real"]
-    integers = [v.valueReference for v in outputs if v.type == "Integer"]
+    variables = fmu.description.modelVariables
+    reals = [v.valueReference for v in variables if v.causality == "output"]
+    counters = [v.valueReference for v in variables if v.causality == "local" and v.type == "Integer"]
     for file in files:
         slave = fmu.instantiate()
         state = slave.deSerializeFMUstate(Path(file).read_bytes())
@@ -26,7 +26,7 @@ def main(model: str, start: str, H: str, count: str, *files: str) -> None:
         for i in range(int(count) + 1):
             if i > 0:
                 slave.doStep(float(start) + (i - 1) * float(H), float(H))
-            rows.append([*slave.getReal(reals), *slave.getInteger(integers)])
+            rows.append([*slave.getReal(reals), *slave.getInteger(counters)])
         np.save(f"{file}.npy", np.array(rows))
         slave.freeFMUstate(state)
         slave.freeInstance()
