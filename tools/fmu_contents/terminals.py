@@ -24,9 +24,9 @@ MEMBERS = {
 
 def write(description: Description, out: Path) -> None:
     """Writes the terminals of a model into the FMU's folder `out`."""
-    # FMI 2.0.4 took the file over from FMI 3.0, whose schema wants 3.x here. FMI Library (PyFMI) drops the terminals
-    # unless it is the version of modelDescription.xml; no tool is known that minds.
-    root = etree.Element("fmiTerminalsAndIcons", fmiVersion=description.attributes["fmiVersion"])
+    # The schema wants 3.x here, and validators (VDMCheck2) check it. FMI Library (PyFMI) drops the terminals then, since it
+    # is not the version of modelDescription.xml: no number satisfies both.
+    root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = etree.SubElement(root, "Terminals")
     for group in description.groups:
         if group.kind in MEMBERS:
