@@ -1,10 +1,10 @@
 // A master that counts heap allocations and locks inside the functions of an FMU, and forbids system calls in its loop:
 //
-//   real_time_master LIBRARY GUID RESOURCES H STEPS INPUT,... OUTPUT,... [VR=INTEGER ...]
+//   real_time_master LIBRARY GUID RESOURCES H STEPS INPUT,... OUTPUT,... AMPLITUDE [VR=INTEGER ...]
 //
-// takes STEPS communication steps of H, with all inputs (value references) set to something else before each and all
-// outputs read after it, once the integers VR have been set. Prints a line `name allocations` for every function and
-// `locks`, those taken in the loop.
+// takes STEPS communication steps of H, with all inputs (value references) set to values up to AMPLITUDE before each
+// and all outputs read after it, once the integers VR have been set. Prints a line `name allocations` for every
+// function and `locks`, those taken in the loop.
 //
 // Every allocation of the process, `operator new` of the FMU included, ends up in the malloc family defined here, since
 // the dynamic linker prefers the symbols of the executable; so does every mutex. In the loop the kernel kills the
@@ -105,7 +105,7 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 }  // extern "C"
 
 int main(int argc, char** argv) {
-  if (argc < 8) return 2;
+  if (argc < 9) return 2;
   void* library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
   if (!library) return std::fprintf(stderr, "%s\n", dlerror()), 2;
   const double H = std::atof(argv[4]);
@@ -130,7 +130,8 @@ int main(int argc, char** argv) {
     c = instantiate("counted", fmi2CoSimulation, argv[2], argv[3], &callbacks, fmi2False, fmi2False);
     return c ? fmi2OK : fmi2Error;
   });
-  for (int i = 8; i < argc; ++i) {
+  const double amplitude = std::atof(argv[8]);
+  for (int i = 9; i < argc; ++i) {
     unsigned reference = 0;
     int value = 0;
     if (std::sscanf(argv[i], "%u=%d", &reference, &value) != 2) return 2;
@@ -146,7 +147,8 @@ int main(int argc, char** argv) {
   if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) != 0) return std::perror("prctl"), 2;
 
   for (int i = 0; i < steps; ++i) {
-    for (std::size_t k = 0; k < inputs.size(); ++k) input_values[k] = 0.05 * std::sin(0.1 * i + static_cast<double>(k));
+    for (std::size_t k = 0; k < inputs.size(); ++k)
+      input_values[k] = amplitude * std::sin(0.1 * i + static_cast<double>(k));
     counted(setting, "fmi2SetReal", [&] { return set_real(c, inputs.data(), inputs.size(), input_values.data()); });
     counted(setting, "fmi2SetRealInputDerivatives",
             [&] { return set_derivatives(c, inputs.data(), inputs.size(), orders.data(), input_values.data()); });

@@ -14,6 +14,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
+from sigmafmu import _core
+
 from .helpers import inputs
 
 SOURCE = Path(__file__).with_name("reporting_master.cpp")
@@ -112,9 +114,12 @@ def test_every_report_reaches_a_logger_that_formats(run, fmu, model):
     assert re.fullmatch(r"The buffer for the serialized FMU state has 3 bytes; \d+ are needed.", texts[0])
     warnings = [r[3] for r in rest if r[2] == warning]
     index3 = "integrator.formulation index3 with integrator.spectralRadius 1 lets"
-    assert any(text.startswith(index3) for text in warnings) == (model != "HighSpeedRotor")  # which has no joints
+    variables = fmu(model).variables
+    has_joints = any(name.endswith(".reactionForce[1]") for name in variables)
+    assert any(text.startswith(index3) for text in warnings) == has_joints
     spin = "integrator.stepSize is 1234.5 s, but "
-    assert any(text.startswith(spin) for text in warnings) == (model != "SpinUpBeam")  # which starts at rest
+    spins = any(float(v.start or 0) for name, v in variables.items() if ".initialAngularVelocity[" in name)
+    assert any(text.startswith(spin) for text in warnings) == spins
     assert "fmi2CancelStep: no step is pending; steps end before fmi2DoStep returns." in texts
     assert "The communication point is 1234567.5 s, but the FMU is at 0 s." in texts
     assert any(re.fullmatch(r"The derivative order of .* is 1234567; it must be 1 to 2.", text) for text in texts)
@@ -122,8 +127,9 @@ def test_every_report_reaches_a_logger_that_formats(run, fmu, model):
         events = [r for r in rest if r[2] == "logEvents"]
         assert [r[1] for r in events] == ["0"]
         assert events[0][3].endswith("repeated internal steps with half the step size.")
-    assert rest[-1][1:3] == ("2", discard)
-    assert texts[-1].startswith("The internal step to t = ")
+    if model in _core.mechanisms():  # others may bear a step of 1234.5 s
+        assert rest[-1][1:3] == ("2", discard)
+        assert texts[-1].startswith("The internal step to t = ")
 
 
 def test_reports_do_not_follow_the_locale_of_the_master(run, tmp_path):

@@ -24,8 +24,8 @@ MEMBERS = {
 
 def write(description: Description, out: Path) -> None:
     """Writes the terminals of a model into the FMU's folder `out`."""
-    # The schema wants 3.x here, and validators (VDMCheck2) check it. FMI Library (PyFMI) drops the terminals then, since it
-    # is not the version of modelDescription.xml: no number satisfies both.
+    # The schema wants 3.x here, and validators (VDMCheck2) check it. FMI Library (PyFMI) drops the terminals then, as
+    # it is not the version of modelDescription.xml: no number satisfies both.
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = etree.SubElement(root, "Terminals")
     for group in description.groups:

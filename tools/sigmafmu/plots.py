@@ -236,7 +236,7 @@ def _residuals(axes: Axes, result: Result) -> None:
     for i, kind in enumerate(("position", "velocity")):
         residual = result[f"constraint.{kind}Residual"]
         axes.semilogy(result.time, np.maximum(residual, RESIDUAL_FLOOR), label=kind, color=COLORS[i], linewidth=0.9)
-    _finish(axes, "Constraint residuals", "SI", legend=2)
+    _finish(axes, "Residuals", "SI", legend=2)
 
 
 OVERVIEW: tuple[tuple[str, Callable[[Axes, Result], None]], ...] = (
