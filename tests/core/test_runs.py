@@ -40,17 +40,23 @@ def test_constant_force_is_integrated_exactly():
     np.testing.assert_allclose(run.state.vdot[:3], acceleration, rtol=1e-13)
 
 
+def wheel() -> _core.Mechanism:
+    """On an axle, with a moment of inertia of 0.5 kg m²."""
+    mechanism = _core.Mechanism()
+    body = _core.RigidBody()
+    body.name, body.inertia = "wheel", np.array([1.0, 1.0, 0.5])
+    mechanism.multibody.add(body)
+    frame = _core.Frame(np.zeros(3), np.eye(3))
+    mechanism.multibody.add(_core.Joint("axle", _core.JointType.revolute, GROUND, frame, 0, frame))
+    return mechanism
+
+
 @pytest.mark.parametrize("rho", [1.0, 0.5])
 def test_growing_torque_is_integrated_to_second_order(rho):
     """About a principal axis, J φ'' = k t from rest: φ = k t³ / (6 J), over several turns."""
     found = []
     for steps in (50, 100, 200):
-        mechanism = _core.Mechanism()
-        body = _core.RigidBody()
-        body.name, body.inertia = "wheel", np.array([1.0, 1.0, 0.5])
-        mechanism.multibody.add(body)
-        frame = _core.Frame(np.zeros(3), np.eye(3))
-        mechanism.multibody.add(_core.Joint("axle", _core.JointType.revolute, GROUND, frame, 0, frame))
+        mechanism = wheel()
         run = simulation(mechanism, spectral_radius=rho, step_size=2 / steps)
         slope = np.zeros(7)
         slope[_core.System(mechanism.multibody).motor_index(0)] = 9.0
@@ -66,12 +72,7 @@ def test_inputs_may_jump_in_mid_run(method):
     """A wheel on an axle: its torque jumps at 0.5 s; J φ'' = τ."""
     found = []
     for steps in (20, 40, 80):
-        mechanism = _core.Mechanism()
-        body = _core.RigidBody()
-        body.name, body.inertia = "wheel", np.array([1.0, 1.0, 0.5])
-        mechanism.multibody.add(body)
-        frame = _core.Frame(np.zeros(3), np.eye(3))
-        mechanism.multibody.add(_core.Joint("axle", _core.JointType.revolute, GROUND, frame, 0, frame))
+        mechanism = wheel()
         mechanism.multibody.add(_core.SpringDamper("s", GROUND, np.ones(3), 0, np.ones(3), np.full(3, 5.0), np.ones(3)))
         run = simulation(mechanism, step_size=0.5 / steps, method=method)
         u = np.zeros(_core.System(mechanism.multibody).input_size)
