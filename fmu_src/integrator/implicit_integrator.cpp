@@ -144,6 +144,7 @@ bool ImplicitIntegrator::drift(State& s, double h, const InputSignal& input, Ste
   return true;
 }
 
+// Of what the last step left nothing but q and v is used: short steps leave rounding in accelerations and multipliers.
 bool ImplicitIntegrator::start_anew(State& s, const InputSignal& input, StepFailure& failure) {
   input.value(s.elapsed, u_);
   ++s.counters.jacobian_evaluations;
