@@ -19,9 +19,9 @@ function(sigmafmu_optimize_start_little folder)
   if(MSVC)
     return()
   endif()
-  foreach(file multibody/definition.cpp multibody/eigenvalues.cpp multibody/initial_values.cpp integrator/assembly.cpp
-               integrator/contradiction.cpp integrator/dependent_equations.cpp integrator/held_projection.cpp
-               integrator/held_refusal.cpp integrator/least_squares.cpp fmi/modal_file.cpp fmi/variables.cpp)
+  foreach(file multibody/definition.cpp model/eigenvalues.cpp model/initial_values.cpp solve/start/assembly.cpp
+               solve/start/contradiction.cpp solve/start/dependent_equations.cpp solve/start/held_projection.cpp
+               solve/start/held_refusal.cpp solve/start/least_squares.cpp fmi/modal_file.cpp fmi/variables.cpp)
     set_property(SOURCE ${folder}${file} PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
   endforeach()
 endfunction()

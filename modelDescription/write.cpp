@@ -14,10 +14,10 @@
 #include "dependencies.h"
 #include "fmi/modal_file.h"
 #include "fmi/variables.h"
-#include "integrator/assembly.h"
-#include "integrator/dependent_equations.h"
-#include "integrator/input_signal.h"
-#include "mechanisms.h"
+#include "model/mechanisms.h"
+#include "multibody/input_signal.h"
+#include "solve/start/assembly.h"
+#include "solve/start/dependent_equations.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Flexible beam on a spherical joint under gravity: floating frame of reference with modal coordinates.
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

@@ -1,5 +1,5 @@
 // Heavy top on a spherical joint (Bruels, Cardona, Arnold 2012; Holzinger, Arnold, Gerstmayr 2025, section 7.1).
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

@@ -1,5 +1,5 @@
 // High-speed rotor on two flexible supports at 200 000 rpm (Holzinger, Arnold, Gerstmayr 2025, section 7.2, Table 1).
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

@@ -1,6 +1,6 @@
 // Cantilever on a hub that a motor spins up (the beam of Wu and Haug 1988, the manoeuvre of Kane, Ryan and Banerjee
 // 1987, slower). The torque is an input: without it the mechanism stays at rest.
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

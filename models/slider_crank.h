@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

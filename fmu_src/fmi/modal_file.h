@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu {
 

@@ -1,7 +1,7 @@
 // What tells one FMU from another: defined in a file that the build generates for each mechanism.
 #pragma once
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "integrator/dependent_equations.h"
+#include "solve/start/dependent_equations.h"
 #include "text/text.h"
 
 namespace sigmafmu {

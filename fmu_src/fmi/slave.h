@@ -11,8 +11,8 @@
 
 #include "fmi/snapshot.h"
 #include "fmi/variables.h"
-#include "integrator/assembly.h"
 #include "integrator/integrator.h"
+#include "solve/start/assembly.h"
 
 namespace sigmafmu {
 

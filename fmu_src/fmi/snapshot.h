@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "integrator/input_signal.h"
 #include "integrator/state.h"
+#include "multibody/input_signal.h"
 
 namespace sigmafmu {
 

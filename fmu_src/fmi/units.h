@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 
 namespace sigmafmu {
 

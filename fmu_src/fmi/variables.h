@@ -10,7 +10,7 @@
 
 #include "fmi/units.h"
 #include "integrator/state.h"
-#include "mechanism.h"
+#include "model/mechanism.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {

@@ -20,6 +20,7 @@
 // printed. They never re-evaluate (12), so their leading error depends on the predictor; for reproducing the paper.
 #pragma once
 
+#include "integrator/alpha_parameters.h"
 #include "integrator/implicit_integrator.h"
 #include "integrator/spin_sigma.h"
 

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "integrator/error_measure.h"
-#include "integrator/initial_conditions.h"
 #include "integrator/local_coordinates.h"
 #include "integrator/state.h"
+#include "solve/index1.h"
 
 namespace sigmafmu {
 

@@ -14,8 +14,8 @@
 
 #include <memory>
 
-#include "integrator/newton_matrix.h"
-#include "integrator/settings.h"
+#include "model/settings.h"
+#include "solve/newton_matrix.h"
 
 namespace sigmafmu {
 

@@ -4,7 +4,7 @@
 
 #include "integrator/local_coordinates.h"
 #include "lie/lgt.h"
-#include "multibody/dense.h"
+#include "model/dense.h"
 
 namespace sigmafmu {
 namespace {

@@ -24,8 +24,9 @@
 #include <cmath>
 #include <vector>
 
-#include "integrator/settings.h"
-#include "multibody/dense.h"
+#include "integrator/alpha_parameters.h"
+#include "model/dense.h"
+#include "model/settings.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {

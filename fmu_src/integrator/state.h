@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "integrator/block_lu.h"
+#include "solve/block_lu.h"
 
 namespace sigmafmu {
 

@@ -1,13 +1,13 @@
-#include "multibody/definition.h"
+#include "model/definition.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <tuple>
 
+#include "model/dense.h"
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body_inline.h"
-#include "multibody/dense.h"
 #include "text/text.h"
 
 namespace sigmafmu {

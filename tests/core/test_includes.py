@@ -1,4 +1,4 @@
-"""The layers of the C++ sources: includes point downward, fmi → mechanism → integrator → multibody → lie → text."""
+"""The layers of the C++ sources: includes point downward, fmi → integrator → solve → multibody → model → lie → text."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "fmu_src"
-LAYERS = ("text", "lie", "multibody", "integrator", "mechanism", "fmi")
-MECHANISM_HEADERS = {"mechanism.h", "mechanisms.h"}
+LAYERS = ("text", "lie", "model", "multibody", "solve", "integrator", "fmi")
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 
 FILES = sorted(path.relative_to(SOURCES).as_posix() for ext in ("*.h", "*.cpp") for path in SOURCES.rglob(ext))
@@ -26,18 +25,12 @@ def includes_of(file):
 
 
 def layer(file):
-    """Index of a file's layer; the generated list of mechanisms belongs to theirs."""
-    return LAYERS.index("mechanism" if file in MECHANISM_HEADERS else file.partition("/")[0])
+    """Index of a file's layer."""
+    return LAYERS.index(file.partition("/")[0])
 
 
 def test_the_sources_are_found():
-    assert {file.partition("/")[0] for file in FILES} == {
-        "text",
-        "lie",
-        "multibody",
-        "integrator",
-        "fmi",
-    } | MECHANISM_HEADERS
+    assert {file.partition("/")[0] for file in FILES} == set(LAYERS)
     assert len(FILES) > 20
 
 
@@ -68,23 +61,23 @@ def test_headers_are_guarded_and_not_circular(file):
 
 
 def test_a_mechanism_needs_only_its_definition_and_the_settings():
-    assert set(includes_of("mechanism.h")[0]) == {"integrator/settings.h", "multibody/definition.h"}
-    assert includes_of("mechanisms.h")[0] == ["mechanism.h"]
-    assert includes_of("integrator/settings.h") == ([], [])
-    assert includes_of("multibody/definition.h")[0] == []
+    assert set(includes_of("model/mechanism.h")[0]) == {"model/settings.h", "model/definition.h"}
+    assert includes_of("model/mechanisms.h")[0] == ["model/mechanism.h"]
+    assert includes_of("model/settings.h") == ([], [])
+    assert includes_of("model/definition.h")[0] == []
     shared = {path.name: path for path in (ROOT / "models").glob("*.h")}  # parts of several mechanisms
     models = sorted((ROOT / "models").glob("*.cpp"))
     assert models
     for file in [*models, *shared.values()]:
         (included,) = includes(file.read_text(encoding="utf-8"))[0]
-        assert included == "mechanism.h" or (included in shared and file.suffix == ".cpp"), file.name
+        assert included == "model/mechanism.h" or (included in shared and file.suffix == ".cpp"), file.name
 
 
 def test_the_solver_knows_blocks_only():
     """A sparse solver can take its place without a look at bodies or joints."""
     for file in FILES:
-        if file.startswith("integrator/block_"):
-            assert all(name.startswith("integrator/block_") for name in includes_of(file)[0]), file
+        if file.startswith("solve/block_"):
+            assert all(name.startswith("solve/block_") for name in includes_of(file)[0]), file
 
 
 @every_file

@@ -75,7 +75,7 @@ def test_the_tests_of_the_fmus_pass_on_new_models(tree, run):
 # Three links in a square, closed by the ground.
 SQUARE = """#include <string>
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

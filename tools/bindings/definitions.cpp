@@ -11,9 +11,9 @@
 
 #include "fmi/modal_file.h"
 #include "fmi/variables.h"
-#include "integrator/assembly.h"
-#include "mechanism.h"
-#include "mechanisms.h"
+#include "model/mechanism.h"
+#include "model/mechanisms.h"
+#include "solve/start/assembly.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "fmi/variables.h"
-#include "integrator/dependent_equations.h"
-#include "integrator/initial_conditions.h"
+#include "solve/index1.h"
+#include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "integrator/assembly.h"
 #include "integrator/integrator.h"
 #include "integrator/spin_sigma.h"
-#include "mechanism.h"
+#include "model/mechanism.h"
+#include "solve/start/assembly.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -8,10 +8,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include "integrator/dependent_equations.h"
-#include "integrator/initial_conditions.h"
 #include "lie/r3xso3.h"
 #include "multibody/system.h"
+#include "solve/index1.h"
+#include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

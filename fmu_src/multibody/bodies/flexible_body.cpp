@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/dense.h"
 #include "multibody/bodies/flexible_inline.h"
-#include "multibody/dense.h"
 
 namespace sigmafmu {
 using Eigen::Map;

@@ -29,7 +29,7 @@
 //   [ S_f^T R^T      H^T          M_ff  ],   (M_ff)_ab = tr(G_ab).
 #pragma once
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 #include "multibody/kinematics.h"
 
 namespace sigmafmu {

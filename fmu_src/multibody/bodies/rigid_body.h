@@ -1,7 +1,7 @@
 // Rigid body about its centre of mass: m vdot = f, J wdot + w x J w = tau with f in W, J, w, tau in body axes.
 #pragma once
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 #include "multibody/kinematics.h"
 
 namespace sigmafmu {

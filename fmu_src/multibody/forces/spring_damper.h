@@ -2,7 +2,7 @@
 // with Phi = p_2 - p_1 (PointCoincidence) and diagonal K, D. Its share of r = M vdot + g + B^T lambda is -B^T f.
 #pragma once
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 #include "multibody/joints/primitives.h"
 
 namespace sigmafmu {

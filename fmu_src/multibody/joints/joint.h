@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 #include "multibody/joints/primitives.h"
 
 namespace sigmafmu {

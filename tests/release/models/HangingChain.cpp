@@ -1,7 +1,7 @@
 // Two links: the first on a hinge, the second on a ball.
 #include <cmath>
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

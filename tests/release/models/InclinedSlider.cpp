@@ -1,5 +1,5 @@
 // A block that slides down an inclined rail and carries a pendulum.
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

@@ -1,5 +1,5 @@
 // A bar with next to no inertia about its axis, on a spring-damper at each end.
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu::models {
 

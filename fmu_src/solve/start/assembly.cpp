@@ -1,13 +1,13 @@
-#include "integrator/assembly.h"
+#include "solve/start/assembly.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "integrator/dependent_equations.h"
-#include "integrator/held_projection.h"
 #include "lie/r3xso3.h"
+#include "solve/start/dependent_equations.h"
+#include "solve/start/held_projection.h"
 #include "text/text.h"
 
 namespace sigmafmu {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "integrator/block_kernels.h"
+#include "solve/block_kernels.h"
 
 namespace sigmafmu {
 

@@ -1,4 +1,4 @@
-#include "multibody/dense.h"
+#include "model/dense.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

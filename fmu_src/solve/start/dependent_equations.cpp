@@ -1,12 +1,12 @@
-#include "integrator/dependent_equations.h"
+#include "solve/start/dependent_equations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "integrator/least_squares.h"
 #include "lie/r3xso3.h"
-#include "multibody/dense.h"
+#include "model/dense.h"
+#include "solve/start/least_squares.h"
 #include "text/text.h"
 
 namespace sigmafmu {

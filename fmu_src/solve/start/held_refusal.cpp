@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "integrator/contradiction.h"
-#include "integrator/held_projection.h"
+#include "solve/start/contradiction.h"
+#include "solve/start/held_projection.h"
 #include "text/text.h"
 
 namespace sigmafmu {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "mechanism.h"
+#include "model/mechanism.h"
 
 namespace sigmafmu {
 

@@ -1,10 +1,10 @@
-#include "integrator/held_projection.h"
+#include "solve/start/held_projection.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "integrator/least_squares.h"
 #include "lie/r3xso3.h"
+#include "solve/start/least_squares.h"
 
 namespace sigmafmu {
 namespace {

@@ -1,8 +1,8 @@
-#include "integrator/contradiction.h"
+#include "solve/start/contradiction.h"
 
 #include <cmath>
 
-#include "integrator/least_squares.h"
+#include "solve/start/least_squares.h"
 
 namespace sigmafmu {
 namespace {

@@ -1,6 +1,6 @@
 #include <Eigen/Eigenvalues>
 
-#include "multibody/dense.h"
+#include "model/dense.h"
 
 namespace sigmafmu {
 

@@ -1,4 +1,4 @@
-#include "integrator/least_squares.h"
+#include "solve/start/least_squares.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

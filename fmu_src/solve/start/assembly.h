@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "integrator/initial_conditions.h"
+#include "solve/index1.h"
 
 namespace sigmafmu {
 

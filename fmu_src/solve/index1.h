@@ -7,9 +7,9 @@
 // A ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
 #pragma once
 
-#include "integrator/block_lu.h"
-#include "integrator/input_signal.h"
+#include "multibody/input_signal.h"
 #include "multibody/system.h"
+#include "solve/block_lu.h"
 
 namespace sigmafmu {
 

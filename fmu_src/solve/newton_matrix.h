@@ -16,9 +16,9 @@
 // in place of the second.
 #pragma once
 
-#include "integrator/block_lu.h"
-#include "integrator/settings.h"
+#include "model/settings.h"
 #include "multibody/system.h"
+#include "solve/block_lu.h"
 
 namespace sigmafmu {
 

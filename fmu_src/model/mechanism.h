@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "integrator/settings.h"
-#include "multibody/definition.h"
+#include "model/definition.h"
+#include "model/settings.h"
 
 namespace sigmafmu {
 

@@ -1,4 +1,4 @@
-#include "integrator/kkt_layout.h"
+#include "solve/kkt_layout.h"
 
 namespace sigmafmu {
 

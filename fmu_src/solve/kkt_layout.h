@@ -3,8 +3,8 @@
 // equation.
 #pragma once
 
-#include "integrator/block_lu.h"
 #include "multibody/system.h"
+#include "solve/block_lu.h"
 
 namespace sigmafmu {
 

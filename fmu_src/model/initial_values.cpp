@@ -1,7 +1,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "multibody/definition.h"
+#include "model/definition.h"
 
 namespace sigmafmu {
 

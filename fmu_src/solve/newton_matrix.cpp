@@ -1,8 +1,8 @@
-#include "integrator/newton_matrix.h"
+#include "solve/newton_matrix.h"
 
 #include <algorithm>
 
-#include "integrator/kkt_layout.h"
+#include "solve/kkt_layout.h"
 
 namespace sigmafmu {
 namespace {

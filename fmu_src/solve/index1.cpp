@@ -1,13 +1,13 @@
-#include "integrator/initial_conditions.h"
+#include "solve/index1.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "integrator/dependent_equations.h"
-#include "integrator/kkt_layout.h"
 #include "lie/r3xso3.h"
+#include "solve/kkt_layout.h"
+#include "solve/start/dependent_equations.h"
 #include "text/text.h"
 
 namespace sigmafmu {

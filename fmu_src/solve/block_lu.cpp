@@ -1,4 +1,4 @@
-#include "integrator/block_lu.h"
+#include "solve/block_lu.h"
 
 #include <algorithm>
 
