@@ -138,7 +138,7 @@ void Slave::initialize() {
     accelerations_or_discard(s.q, s.v, outputs_.u, outputs_.vdot, outputs_.lambda);
     throw Discarded("The derivatives of the accelerations at the start overflow.");
   }
-  count_turns(mechanism_.multibody, data_.state.angle);
+  count_turns(mechanism_.multibody, engine_->system, data_.state.turned);
   data_.last_input = data_.input.derivative[0];
   data_.stale = false;
   warned_of_error_ = warned_of_spin_ = false;

@@ -21,7 +21,7 @@ void visit(Archive& archive, AnySnapshot& s) {
   archive(s.last_input), archive(s.parameter_jump), archive(s.vdot_before_jump);
   auto& x = s.state;
   archive(x.time), archive(x.elapsed), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda),
-      archive(x.angle);
+      archive(x.turned);
   archive(x.last_step), archive(x.counters), archive(x.mean_velocity), archive(x.mean_acceleration);
   archive(x.next_step), archive(x.error), archive(x.largest_error);
   archive(x.jacobian.values), archive(x.jacobian.pivots), archive(x.jacobian_step);

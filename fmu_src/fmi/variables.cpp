@@ -26,31 +26,17 @@ Joint::Reaction reaction(const View& view, int j) {
   return view.system.reaction(view.evaluation, j, view.lambda.data() + view.system.lambda_index(j));
 }
 
-double joint_coordinate(const View& view, int j, int) {
-  const Joint& joint = view.system.joint(j);
-  const double x =
-      joint.coordinate(view.system.attachment(view.evaluation, j, 0), view.system.attachment(view.evaluation, j, 1));
-  if (joint.type() != JointType::revolute) return x;
-  return x + kTwoPi * std::round((view.state.angle[j] - x) / kTwoPi);  // the state counts turns
+double joint_coordinate(const View& view, int c, int) {
+  const double x = view.system.coordinate_value(view.evaluation, c);
+  if (!view.system.coordinate(c).is_angle()) return x;
+  return x + kTwoPi * std::round((view.state.turned[c] - x) / kTwoPi);  // the state counts turns
 }
 
-double joint_rate(const View& view, int j, int) {
-  const Joint& joint = view.system.joint(j);
-  return joint.coordinate_rate(view.system.attachment(view.evaluation, j, 0),
-                               view.system.attachment(view.evaluation, j, 1));
-}
+double joint_rate(const View& view, int c, int) { return view.system.coordinate_rate(view.evaluation, c); }
 
 int modal_position(const View& view, int body) { return view.system.modal_position(view.system.flexible_index(body)); }
 
 int modal_velocity(const View& view, int body) { return view.system.modal_velocity(view.system.flexible_index(body)); }
-
-// A point that moves and turns with a node of a flexible body, given by its place as seen from the undeformed node.
-Vector3d point_at_node(const View& view, int body, int node, const Vector3d& point) {
-  const int f = view.system.flexible_index(body);
-  const Vector3d turn = view.system.flexible(f).rotation(node).lazyProduct(view.evaluation.flexible[f].zeta);
-  return view.system.node_position(view.evaluation, body, node) +
-         view.system.kinematics(view.evaluation, body).R_WB * (lie::exp(turn) * point);
-}
 
 double station_position(const View& view, int s, int i) {
   const StationDef& station = view.mechanism.stations[s];
@@ -273,16 +259,17 @@ void Table::modal(int b, const std::string& n, const ModalDef& d) {
 void Table::joint(int j, const std::string& n) {
   using Kind = InitialValue::Kind;
   const Joint& joint = system_.joint(j);
+  const int c = system_.coordinate_index(j);
   if (joint.type() == JointType::revolute) {
-    output_scalar(j, n + ".angle", "Angle", "Joint angle, counting turns", joint_coordinate);
-    output_scalar(j, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", joint_rate);
-    input(system_.motor_index(j), n + ".motorTorque", "Torque", "Torque about the joint axis on the second body");
+    output_scalar(c, n + ".angle", "Angle", "Joint angle, counting turns", joint_coordinate);
+    output_scalar(c, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", joint_rate);
+    input(system_.motor_index(c), n + ".motorTorque", "Torque", "Torque about the joint axis on the second body");
     initial({Kind::joint_coordinate, j}, "", "Angle", "Initial joint angle, counting turns");
     initial({Kind::joint_rate, j}, "", "AngularVelocity", "Initial rate of the joint angle");
   } else if (joint.type() == JointType::prismatic) {
-    output_scalar(j, n + ".displacement", "Displacement", "Displacement along the joint axis", joint_coordinate);
-    output_scalar(j, n + ".rate", "Velocity", "Rate of the displacement", joint_rate);
-    input(system_.motor_index(j), n + ".actuatorForce", "Force", "Force along the joint axis on the second body");
+    output_scalar(c, n + ".displacement", "Displacement", "Displacement along the joint axis", joint_coordinate);
+    output_scalar(c, n + ".rate", "Velocity", "Rate of the displacement", joint_rate);
+    input(system_.motor_index(c), n + ".actuatorForce", "Force", "Force along the joint axis on the second body");
     initial({Kind::joint_coordinate, j}, "", "Displacement", "Initial displacement along the joint axis");
     initial({Kind::joint_rate, j}, "", "Velocity", "Initial rate of the displacement");
   }
@@ -302,15 +289,13 @@ void Table::joint(int j, const std::string& n) {
 void Table::spring_damper(int s, const std::string& n) {
   outputs(s, n + ".position", 3, "Displacement", "Attachment point on the second body, in W",
           [](const View& v, int o, int i) {
-            const SpringDamper& spring = v.system.spring_damper(o);
-            const int node = v.mechanism.multibody.spring_dampers[o].node2;
-            if (node != kFloatingFrame) return point_at_node(v, spring.body2, node, spring.points.s2)[i];
-            const BodyKinematics& k = v.system.kinematics(v.evaluation, spring.body2);
-            return (k.p_WB + k.R_WB * spring.points.s2)[i];
+            return v.system.spring_damper(o).position(v.system.spring_damper_kinematics(v.evaluation, o))[i];
           });
   outputs(
       s, n + ".force", 3, "Force", "Force of spring and damper (actuator excluded) on the second body, in W",
-      [](const View& v, int o, int i) { return v.system.spring_damper(o).force(v.evaluation.spring_dampers[o])[i]; });
+      [](const View& v, int o, int i) {
+        return v.system.spring_damper(o).force(v.system.spring_damper_kinematics(v.evaluation, o))[i];
+      });
   inputs(system_.actuator_index(s), n + ".actuatorForce", "Force",
          "Actuator force on the attachment point of the second body, in W");
   parameters(

@@ -179,52 +179,20 @@ bool ImplicitIntegrator::renew_matrix(const State& state) {
 
 // Increments of all unknowns, of which lambda_ and mu_ are done here. Plain loops: joints have few equations.
 void ImplicitIntegrator::solve(const State& s) {
-  const bool velocity_level = settings_.is(Formulation::index2);
-  double* x = x_.data();
-  for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -scales_.scale * r_[i];
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const JointEvaluation& e = evaluation_.joints[j];
-    double* first = x + matrix_.lambda_offset(j);
-    double* second = stabilized_ ? x + matrix_.mu_offset(j) : nullptr;
-    for (int k = 0; k < e.phi.size(); ++k) {
-      const double rate = e.phidot[k] / scales_.gamma_prime;
-      first[k] = velocity_level ? -rate : -e.phi[k];
-      if (second) second[k] = e.phi[k] - rate;
-    }
-  }
+  matrix_.right_side(evaluation_, r_, scales_, x_);
   const Factorization& f = settings_.is(Newton::modified) && !matrix_is_new_ ? s.jacobian : factorization_;
   matrix_.solve(f, x_);
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const int first = system_.lambda_index(j);
-    for (int k = 0; k < system_.joint(j).equations(); ++k) {
-      lambda_[first + k] += x[matrix_.lambda_offset(j) + k] / scales_.scale;
-      if (stabilized_) mu_[first + k] += x[matrix_.mu_offset(j) + k];
-    }
-  }
+  matrix_.add_multipliers(x_, scales_, lambda_, mu_);
 }
 
 void ImplicitIntegrator::gradient_times_mu(const State& s, bool increment) {
   if (!stabilized_) return;
   B_mu_.setZero();
-  for (const auto& [joint, body, side] : system_.pattern().incidences) {
-    const double* row = start_.joints[joint].B[side].data();
-    const double* multiplier =
-        increment ? x_.data() + matrix_.mu_offset(joint) : mu_.data() + system_.lambda_index(joint);
-    double* out = B_mu_.data() + 6 * body;
-    for (int m = 0; m < system_.joint(joint).equations(); ++m, row += 6) {
-      for (int c = 0; c < 6; ++c) out[c] += multiplier[m] * row[c];
-    }
+  if (increment) {
+    lambda_n_.setZero();  // free in this form
+    matrix_.add_multiplier_increments(x_, lambda_n_);
   }
-  const auto& pattern = system_.pattern();
-  for (std::size_t k = 0; k < pattern.modal_incidences.size(); ++k) {
-    const auto& [joint, flexible, side] = pattern.modal_incidences[k];
-    const MatrixXd& B = start_.modal_joints[k].B;
-    const double* multiplier =
-        increment ? x_.data() + matrix_.mu_offset(joint) : mu_.data() + system_.lambda_index(joint);
-    for (int m = 0; m < B.rows(); ++m) {
-      B_mu_.segment(system_.modal_velocity(flexible), B.cols()) += multiplier[m] * B.row(m).transpose();
-    }
-  }
+  system_.add_gradient_times(start_, increment ? lambda_n_.data() : mu_.data(), B_mu_);
   coordinates_->turn_to_group(s.q, B_mu_);
 }
 

@@ -29,7 +29,7 @@ State Integrator::make_state() const {
   for (int i = 0; i < system_.body_count(); ++i) s.q[7 * i + 3] = 1.0;
   for (VectorXd* x : {&s.v, &s.vdot}) x->setZero(system_.velocity_size());
   s.lambda.setZero(system_.constraint_size());
-  s.angle.setZero(system_.joint_count());
+  s.turned.setZero(system_.coordinate_count());
   return s;
 }
 
@@ -39,12 +39,8 @@ bool Integrator::initialize(State& s, const InputSignal& input) {
   VectorXd u(system_.input_size()), jerk(system_.velocity_size()), V, Vdot;
   input.value(s.elapsed, u);
   if (!solver_.accelerations(s.q, s.v, u, s.vdot, s.lambda)) return false;
-  const Evaluation& e = solver_.evaluation();
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const Joint& joint = system_.joint(j);
-    if (joint.type() == JointType::revolute) {
-      s.angle[j] = joint.coordinate(system_.attachment(e, j, 0), system_.attachment(e, j, 1));
-    }
+  for (int c = 0; c < system_.coordinate_count(); ++c) {
+    s.turned[c] = system_.coordinate_value(solver_.evaluation(), c);
   }
   if (!solver_.jerk(s.q, s.v, s.vdot, input, s.elapsed, jerk) || !jerk.allFinite()) return false;
   coordinates_->to_group(s.q, s.v, s.vdot, V, Vdot);
@@ -120,14 +116,7 @@ bool Integrator::unambiguous(const VectorXd& theta, StepFailure& failure) const 
 }
 
 void Integrator::commit(State& s, double h, const VectorXd& q, const VectorXd& v, const Evaluation& e, double error) {
-  for (int j = 0; j < system_.joint_count(); ++j) {  // the turn nearest to the angle that the rate predicts
-    const Joint& joint = system_.joint(j);
-    if (joint.type() != JointType::revolute) continue;
-    const auto &k1 = system_.attachment(e, j, 0), &k2 = system_.attachment(e, j, 1);
-    const double wrapped = joint.coordinate(k1, k2);
-    const double predicted = s.angle[j] + h * joint.coordinate_rate(k1, k2);
-    s.angle[j] = wrapped + 2 * kPi * std::round((predicted - wrapped) / (2 * kPi));
-  }
+  system_.count_turns(e, h, s.turned);
   s.time += h;
   s.elapsed += h;
   coordinates_->store(q, s.q);

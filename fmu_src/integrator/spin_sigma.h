@@ -37,10 +37,13 @@ class SpinSigma {
     const bool derived =
         settings.is(Corrector::residual) && settings.is(LieGroup::r3xso3) && settings.is(CoordinateMap::exponential);
     std::vector<bool> qualified(system.body_count(), derived);
-    for (const auto& incidence : system.pattern().incidences) qualified[incidence.body] = false;
-    for (int f = 0; f < system.flexible_count(); ++f) qualified[system.flexible_body(f)] = false;
+    const auto& pattern = system.pattern();
+    for (const auto& incidence : pattern.incidences) qualified[pattern.unknowns[incidence.unknown].body] = false;
     const AlphaParameters alpha(settings.spectral_radius);
-    for (int i = 0; i < system.body_count(); ++i) bodies_.push_back(principal(system.body(i).J, alpha, qualified[i]));
+    for (int i = 0; i < system.body_count(); ++i) {
+      const RigidBody* body = system.rigid(i);
+      bodies_.push_back(principal(body ? body->J : Matrix3d::Identity(), alpha, body && qualified[i]));
+    }
   }
 
   // For a step of h [s] that starts with w [rad/s] and its derivative wdot [rad/s2], both in body axes.

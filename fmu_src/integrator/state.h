@@ -23,7 +23,7 @@ struct State {
   Eigen::VectorXd vdot;    // [m/s2], [rad/s2]
   Eigen::VectorXd a;       // algorithmic acceleration, approximates Vdot(time + (alpha_m - alpha_f) last_step)
   Eigen::VectorXd lambda;  // multipliers [N or N m], joint after joint
-  Eigen::VectorXd angle;   // per joint: angle of a revolute joint with its turns [rad], 0 for other joints
+  Eigen::VectorXd turned;  // coordinates of joints: angles with their turns [rad], displacements [m]
   double last_step = 0;    // step size for which `a`, the means below and jacobian hold [s]
   StepCounters counters;
   // BLieDF alone: theta/h and the change of V over h in the last step. V, Vdot, a and these belong to the group: on

@@ -1,75 +1,48 @@
 // Assembles the equations of motion of a multibody system, block by block:
 //
-//   r(q, v, vdot, lambda, u) = M vdot + g(q, v, u) + B(q)^T lambda = 0,   Phi(q) = 0,   Phi' = B v = 0
+//   r(q, v, vdot, lambda, u) = M vdot + g(q, v, u) + B(q)^T lambda = 0,   Phi(q, t) = 0,   Phi' = B v + Phi_t = 0
 //
-// (Holzinger, Arnold, Gerstmayr 2025, Eqs. 1-4). System is immutable while it is evaluated; all results go into an
-// Evaluation, so one System may serve several of them. Nothing here allocates after make_evaluation().
+// (Holzinger, Arnold, Gerstmayr 2025, Eqs. 1-4; they have no t). A System is a list of elements: bodies, constraints and
+// forces, and the frames they attach to. It is immutable while it is evaluated; all results go into an Evaluation, so
+// one System may serve several of them. Nothing here allocates after make_evaluation().
 //
 // For n bodies q has the 7 n positions of their frames, then all modal coordinates, v the 6 n velocities of the frames,
-// then all modal rates, flexible body after flexible body. lambda has constraint_size() entries, joint after joint; u
-// has input_size().
-//
-// Nodes of the linearized equations are the frames of the bodies, then the modes of each flexible body, then the
-// joints. All that couples frames alone has blocks of fixed size; blocks with modes are kept apart.
+// then all modal rates, flexible body after flexible body. lambda has constraint_size() entries, constraint after
+// constraint; u has input_size().
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <memory>
 #include <vector>
 
 #include "multibody/bodies/flexible_body.h"
-#include "multibody/bodies/node_frame.h"
 #include "multibody/bodies/rigid_body.h"
+#include "multibody/constraints/joint.h"
 #include "multibody/forces/spring_damper.h"
-#include "multibody/joints/joint.h"
+#include "multibody/frame.h"
+#include "multibody/pattern.h"
 
 namespace sigmafmu {
 
-using Eigen::VectorXd;
-
-// Where the nonzero blocks of the linearized equations are; fixed when the System is built. Solvers need only this.
-struct BlockPattern {
-  struct Incidence {
-    int joint, body, side;  // side 0: the joint's body 1, side 1: its body 2
-  };
-  std::vector<int> body_sizes;                  // velocities of each body's frame
-  std::vector<int> modal_sizes;                 // modes of each flexible body
-  std::vector<int> joint_sizes;                 // equations of each joint
-  std::vector<std::pair<int, int>> body_pairs;  // (i, j) blocks of M, C, K; the first n are (i, i)
-  std::vector<Incidence> incidences;            // blocks of B and Z
-
-  // Blocks with modes: (i, j) nodes of C and K. The first 3 f are, for each flexible body, (frame, modes), (modes,
-  // frame) and (modes, modes), those of M.
-  std::vector<std::pair<int, int>> modal_pairs;
-  std::vector<Incidence> modal_incidences;  // joints at a node; `body` counts flexible bodies
-
-  int modal_node(int flexible) const { return static_cast<int>(body_sizes.size()) + flexible; }
-  int joint_node(int joint) const { return static_cast<int>(body_sizes.size() + modal_sizes.size()) + joint; }
-};
-
-// m equations by the modes of a flexible body.
-struct ModalRows {
-  MatrixXd B, Z;
-};
-
 struct Evaluation {
-  std::vector<BodyKinematics> bodies;  // then the ground, then the frames in nodes
-  std::vector<JointEvaluation> joints;
-  std::vector<SpringDamperEvaluation> spring_dampers;
-  std::vector<Matrix6d> C, K;  // by index into BlockPattern::body_pairs: dr/dv, dr/d(motion)
+  double t = 0;
+  std::vector<FrameKinematics> frames;  // of the bodies, the ground, the nodes
+  VectorXd phi, phidot, W;              // Phi, Phi' and d(Phi')/dt, laid out as lambda
+  VectorXd B, Z;                        // by BlockPattern::Incidence::offset, among rows by frames
+  VectorXd M, C, K;                     // by BlockPattern::Pair::offset; C = dr/dv, K = dr/d(motion)
+  std::vector<FlexibleEvaluation> flexible;
+  std::vector<NodeFrameEvaluation> node_frames;  // the first one is that of all frames at no node
 
-  std::vector<FlexibleEvaluation> flexible;              // of each flexible body, with the blocks of M for its frame
-  std::vector<MatrixXd> modal_M;                         // by index into BlockPattern::modal_pairs, the first 3 f
-  std::vector<MatrixXd> modal_C, modal_K;                // by index into BlockPattern::modal_pairs
-  std::vector<ModalRows> modal_joints;                   // by index into BlockPattern::modal_incidences
-  std::vector<NodeFrameEvaluation> node_frames;          // the first one is that of all frames in no node
-  std::vector<std::array<JointRows, 2>> node_gradients;  // B of the joints at nodes, in the frames they attach to
+  // Of one element between frames of which some are at nodes, and what else its pull-back needs.
+  VectorXd frame_forces, frame_C, frame_K;
   Matrix6Xd work;
 };
 
 class System {
  public:
   explicit System(const MultibodyDef& definition);
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
   // Takes over every value that is no geometry: masses, inertias, gravity, spring-dampers, loads, modal stiffness and
   // damping.
   void set_values(const MultibodyDef& definition);
@@ -81,126 +54,169 @@ class System {
   int input_size() const { return input_size_; }
   double size() const { return size_; }  // of the mechanism [m]
   const BlockPattern& pattern() const { return pattern_; }
-  // Mass and inertia of a rigid body; zero for a flexible one, whose inertia Evaluation::flexible and modal_M hold.
-  const RigidBody& body(int i) const { return bodies_[i]; }
-  const Joint& joint(int j) const { return joints_[j]; }
-  const SpringDamper& spring_damper(int s) const { return spring_dampers_[s]; }
-  int joint_count() const { return static_cast<int>(joints_.size()); }
-  int spring_damper_count() const { return static_cast<int>(spring_dampers_.size()); }
 
+  // A rigid body, or null for a flexible one.
+  const RigidBody* rigid(int body) const { return rigid_index_[body] < 0 ? nullptr : &rigid_[rigid_index_[body]].body; }
   // Flexible bodies in the order of the bodies: which of them body i is (-1: rigid) and what they are.
   int flexible_count() const { return static_cast<int>(flexible_.size()); }
   int flexible_index(int body) const { return flexible_index_[body]; }
-  int flexible_body(int flexible) const { return flexible_bodies_[flexible]; }
-  const FlexibleBody& flexible(int flexible) const { return flexible_[flexible]; }
+  int flexible_body(int flexible) const { return flexible_[flexible].index; }
+  const FlexibleBody& flexible(int flexible) const { return flexible_[flexible].body; }
   // Modal coordinates of all bodies, of one (0: rigid) and, for a flexible body, where they start among all.
   int modal_count() const { return modal_count_; }
-  int modes(int body) const { return flexible_index_[body] < 0 ? 0 : flexible_[flexible_index_[body]].modes(); }
-  int modal_index(int body) const { return flexible_index_[body] < 0 ? -1 : modal_index_[flexible_index_[body]]; }
+  int modes(int body) const { return flexible_index_[body] < 0 ? 0 : flexible(flexible_index_[body]).modes(); }
+  int modal_index(int body) const {
+    return flexible_index_[body] < 0 ? -1 : modal_velocity(flexible_index_[body]) - kVelocitiesPerBody * body_count();
+  }
   // The same in q and in v, counted by flexible body.
-  int modal_position(int flexible) const { return kPositionsPerBody * body_count() + modal_index_[flexible]; }
-  int modal_velocity(int flexible) const { return kVelocitiesPerBody * body_count() + modal_index_[flexible]; }
+  int modal_position(int flexible) const { return pattern_.unknowns[body_count_ + flexible].position; }
+  int modal_velocity(int flexible) const { return pattern_.unknowns[body_count_ + flexible].velocity; }
 
-  // First entry of each element in lambda and u. Inputs: body force (W) and torque (B); motor; actuator force (W).
-  int lambda_index(int joint) const { return lambda_index_[joint]; }
+  int constraint_count() const { return static_cast<int>(constraints_.size()); }
+  const Constraint& constraint(int c) const { return *constraints_[c].element; }
+  int lambda_index(int constraint) const { return constraints_[constraint].first; }
+  // Joints are the first constraints.
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+  const Joint& joint(int j) const { return *joints_[j]; }
+  bool axes_agree(const Evaluation& e, int joint) const;
+  // Force and torque on body 2 (the node, where it attaches to one), in W.
+  Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
+
+  // Coordinates of joints, joint after joint.
+  int coordinate_count() const { return static_cast<int>(coordinates_.size()); }
+  const JointCoordinate& coordinate(int c) const { return coordinates_[c].coordinate; }
+  // The first one of a joint; those of joint j + 1 follow.
+  int coordinate_index(int joint) const { return coordinate_index_[joint]; }
+  double coordinate_value(const Evaluation& e, int c) const;  // angles in (-pi, pi]
+  double coordinate_rate(const Evaluation& e, int c) const;
+  // From all coordinates one step of h before to those now: angles take the turn nearest to what their rates predict.
+  void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
+
+  int spring_damper_count() const { return static_cast<int>(spring_dampers_.size()); }
+  const SpringDamper& spring_damper(int s) const { return *spring_dampers_[s]; }
+  Kinematics spring_damper_kinematics(const Evaluation& e, int s) const;
+
+  // First entry of an input in u: body force (W) and torque (B); motor of a coordinate; actuator force (W).
   int force_index(int body) const { return 6 * body; }
-  int motor_index(int joint) const { return motor_index_[joint]; }
+  int motor_index(int coordinate) const { return coordinates_[coordinate].motor; }
   int actuator_index(int spring_damper) const { return actuator_index_[spring_damper]; }
 
   Evaluation make_evaluation() const;
 
-  // 1. Kinematics, Phi, B, Phi' and spring-damper gaps at (q, v). All that follows uses them.
+  // 1. Kinematics, M, Phi, B and Phi' at (q, v). All that follows uses them.
   void evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const;
   // 2. r = M vdot + g + B^T lambda.
-  void residual(const Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
-                VectorXd& r) const;
-  // 3. Z of every joint.
+  void residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, VectorXd& r) const;
+  // 3. Z and W of every constraint.
   void constraint_rates(Evaluation& e) const;
   // 4. C and K, d(M vdot)/d(motion) included.
   void linearize(const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
-  // The same for rigid bodies alone. Their M is constant; its derivative vanishes on R^3 x SO(3) with the body frame in
-  // the centre of mass.
-  void linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
+
+  // out += B^T lambda.
+  void add_gradient_times(const Evaluation& e, const double* lambda, VectorXd& out) const;
+  // out -= rows v, the rows being B or Z of an evaluation.
+  void subtract_rows_times(const VectorXd& rows, const double* v, VectorXd& out) const;
 
   // Maxima over all equations [m or 1, m/s or 1/s].
-  double position_residual(const Evaluation& e) const;
-  double velocity_residual(const Evaluation& e) const;
+  double position_residual(const Evaluation& e) const { return largest(e.phi); }
+  double velocity_residual(const Evaluation& e) const { return largest(e.phidot); }
   double kinetic_energy(const Evaluation& e) const;  // [J]
   // Gravity (zero at W's origin), springs and deformation [J].
   double potential_energy(const Evaluation& e) const;
 
-  const BodyKinematics& kinematics(const Evaluation& e, int body) const {
-    return e.bodies[body == kGround ? body_count() : body];
+  const FrameKinematics& kinematics(const Evaluation& e, int body) const {
+    return e.frames[body == kGround ? body_count() : body];
   }
-  // The frame that a joint attaches to on side 0 or 1: a body, the ground or a node.
-  const BodyKinematics& attachment(const Evaluation& e, int joint, int side) const {
-    return e.bodies[joint_ends_[joint].side[side].frame];
-  }
-  // Force and torque on body 2 (the node, where it attaches to one), in W.
-  Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
   // Place of a flexible body's node in W [m].
   Vector3d node_position(const Evaluation& e, int body, int node) const;
 
  private:
-  // One side of a joint or spring-damper: its body, its frame among Evaluation::bodies and Evaluation::node_frames (0:
-  // the body's own frame).
-  struct End {
-    int body, frame, node_frame;
+  // The frames of an element. Forces on them and blocks between them go straight into r, C and K, or, where a frame is
+  // at a node, into Evaluation::frame_forces, frame_C and frame_K, from where they are pulled back onto the unknowns.
+  struct Attachment {
+    std::vector<int> frames;       // in Evaluation::frames
+    bool at_node = false;
+    std::vector<int> force, pair;  // offsets there, by frame and by frame and frame; -1: none
+    // At a node: the columns of J of each frame that belong to one unknown.
+    struct Part {
+      int frame, unknown, first;
+    };
+    std::vector<Part> parts;
+    std::vector<int> part_pair;  // offset in C and K, by part and part; -1: none
+    int count() const { return static_cast<int>(frames.size()); }
   };
-  // Both, and where the blocks of their frames are in C and K (-1: nowhere).
-  struct Ends {
-    End side[2];
-    int pair[2][2];
-    bool at_node() const { return side[0].node_frame > 0 || side[1].node_frame > 0; }
+  struct Rigid {
+    int index;
+    RigidBody body;
   };
-  struct NodeJoint {
-    int joint;
-    int modal_incidence[2];  // -1: that side is not at a node
+  struct Flexible {
+    int index;
+    FlexibleBody body;
   };
-  // What an element between frames adds to r and its derivatives, by side, in the terms of node_frame.h.
-  struct NodeElement;
-  End make_end(int body, int node);
-  Ends make_ends(const End& end1, const End& end2, bool coupled);
-  int add_pair(int i, int j);
+  struct AttachedConstraint {
+    std::unique_ptr<Constraint> element;
+    Attachment at;
+    int first;  // equation
+    int rows;   // offset of its rows in Evaluation::B and Z
+  };
+  struct AttachedForce {
+    std::unique_ptr<Force> element;
+    Attachment at;
+    int input;  // first one
+  };
+  struct AttachedCoordinate {
+    JointCoordinate coordinate;
+    Attachment at;
+    int motor;
+  };
+  // Rows for a frame at a node, and those for pose and modes that they make.
+  struct PulledRows {
+    int frame, equations, rows, pose, modes;
+  };
 
-  // The parts of evaluate, residual, constraint_rates and linearize that flexible bodies and elements at nodes add.
-  void evaluate_flexible(const VectorXd& q, const VectorXd& v, Evaluation& e) const;
-  void evaluate_node_gradients(Evaluation& e) const;
-  void evaluate_node_rates(Evaluation& e) const;
-  void add_flexible_residual(const Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
-                             VectorXd& r) const;
-  void linearize_at_nodes(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
-  void add_end_force(const Evaluation& e, const End& end, const Vector6d& f_N, VectorXd& r) const;
-  void add_element(const Ends& ends, const NodeElement& element, Evaluation& e) const;
-  FlexibleBody::Blocks flexible_blocks(std::vector<Matrix6d>& frames, std::vector<MatrixXd>& modal, int flexible) const;
-  static PairBlocks blocks(std::vector<Matrix6d>& matrices, const Ends& ends);
+  // Set-up.
+  class Builder;
 
-  struct Load {
-    int body;
-    Vector3d force, torque;
-  };
-  std::vector<RigidBody> bodies_;
-  std::vector<Joint> joints_;
-  std::vector<SpringDamper> spring_dampers_;
-  std::vector<Load> loads_;
+  Kinematics kinematics(const Evaluation& e, const Attachment& at) const { return {e.frames.data(), at.frames.data()}; }
+  static FramePairs pairs(const Attachment& at, VectorXd& blocks, VectorXd& of_frames);
+  NodeFrameEvaluation& node_frame(Evaluation& e, int frame) const {
+    return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
+  }
+  const NodeFrameEvaluation& node_frame(const Evaluation& e, int frame) const {
+    return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
+  }
+  void pull_back_rows(Evaluation& e) const;
+  void pull_back_rates(Evaluation& e) const;
+  void pull_back_forces(const Attachment& at, const Evaluation& e, VectorXd& r) const;
+  void pull_back_pairs(const Attachment& at, Evaluation& e) const;
+  FlexibleBody::Blocks flexible_blocks(VectorXd& blocks, int flexible) const;
+  using RowMajorXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  static Eigen::Map<RowMajorXd> modal_rows(VectorXd& rows, int equations, int offset, Eigen::Index modes) {
+    return {rows.data() + offset, equations, modes};
+  }
+  static Eigen::Map<const RowMajorXd> modal_rows(const VectorXd& rows, int equations, int offset, Eigen::Index modes) {
+    return {rows.data() + offset, equations, modes};
+  }
+  static double largest(const VectorXd& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0.0; }
+
+  int body_count_ = 0, modal_count_ = 0, constraint_size_ = 0, input_size_ = 0;
+  double size_;
   Vector3d gravity_;
   BlockPattern pattern_;
-  // Nodes x nodes, bodies and modes: index into body_pairs or modal_pairs, -1 where there is no block.
-  std::vector<int> pair_table_;
-  int body_count_ = 0, nodes_ = 0;
-  std::vector<Ends> joint_ends_, spring_ends_;
-  std::vector<int> frame_joints_, frame_springs_;  // those that do not attach to a node
-  std::vector<int> lambda_index_, motor_index_, actuator_index_;
-  int constraint_size_ = 0, input_size_ = 0;
-  double size_;
+  int rows_size_ = 0, blocks_size_ = 0, inertia_size_ = 0;  // of Evaluation::B, C and M
 
-  std::vector<FlexibleBody> flexible_;
-  std::vector<int> flexible_index_;                 // by body
-  std::vector<int> flexible_bodies_, modal_index_;  // by flexible body
-  int modal_count_ = 0;
-  std::vector<NodeFrame> node_frames_;  // the first one is none
-  std::vector<NodeJoint> node_joints_;
-  std::vector<int> node_springs_;
+  std::vector<Rigid> rigid_;
+  std::vector<Flexible> flexible_;
+  std::vector<int> rigid_index_, flexible_index_;  // by body
+  std::vector<NodeFrame> node_frames_;             // the first one is none
+  std::vector<AttachedConstraint> constraints_;
+  std::vector<PulledRows> pulled_rows_;
+  std::vector<AttachedForce> forces_;
+  std::vector<AttachedCoordinate> coordinates_;
+  std::vector<int> coordinate_index_, actuator_index_;
+  std::vector<const Joint*> joints_;
+  std::vector<const SpringDamper*> spring_dampers_;
+  std::vector<int> spring_damper_force_;  // which of the forces
 };
 
 }  // namespace sigmafmu

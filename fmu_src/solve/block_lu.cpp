@@ -5,7 +5,7 @@
 namespace sigmafmu {
 
 BlockLU::BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& assigned,
-                 const std::vector<int>& stage)
+                 const std::vector<std::pair<int, int>>& added, const std::vector<int>& stage)
     : nodes_(static_cast<int>(sizes.size())), sizes_(sizes), table_(sizes.size() * sizes.size(), -1) {
   for (int size : sizes_) {
     offset_.push_back(size_);
@@ -24,6 +24,10 @@ BlockLU::BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int,
     allocate(j, i);
   }
   assigned_count_ = value_count_;
+  for (auto [i, j] : added) {
+    allocate(i, j);
+    allocate(j, i);
+  }
   for (int i = 0; i < nodes_; ++i) allocate(i, i);
 
   std::vector<char> done(nodes_, 0);

@@ -23,9 +23,10 @@ struct Factorization {
 class BlockLU {
  public:
   // `sizes`: rows of each node; `assigned`: blocks (i, j) that the caller writes in full before each factorization,
-  // (j, i) implied; nodes are eliminated by least fill within each group of equal `stage`, lower stages first.
+  // (j, i) implied; `added`: blocks that the caller adds to; nodes are eliminated by least fill within each group of equal
+  // `stage`, lower stages first.
   BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& assigned,
-          const std::vector<int>& stage);
+          const std::vector<std::pair<int, int>>& added, const std::vector<int>& stage);
 
   int size() const { return size_; }
   int offset(int node) const { return offset_[node]; }  // first row of a node
@@ -36,6 +37,9 @@ class BlockLU {
   Block block(Factorization& f, int i, int j) const {
     return {f.values.data() + table_[i * nodes_ + j], sizes_[i], sizes_[j]};
   }
+
+  // Where block (i, j), row-major, is in Factorization::values; -1: it is zero.
+  int handle(int i, int j) const { return table_[i * nodes_ + j]; }
 
   // Zeroes all blocks but the assigned ones.
   void clear(Factorization& f) const;

@@ -30,6 +30,12 @@ ConsistentSolver::ConsistentSolver(const System& system)
       evaluation_(system.make_evaluation()),
       lu_(make_kkt_solver(system.pattern(), 1)),
       factorization_(lu_.make_factorization()) {
+  const BlockPattern& pattern = system.pattern();
+  for (const auto& pair : pattern.pairs) pairs_.push_back(lu_.handle(pair.row, pair.column));
+  for (const auto& [constraint, unknown, offset] : pattern.incidences) {
+    rows_.push_back(lu_.handle(pattern.constraint_node(constraint), unknown));
+    columns_.push_back(lu_.handle(unknown, pattern.constraint_node(constraint)));
+  }
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
@@ -41,35 +47,26 @@ ConsistentSolver::ConsistentSolver(const System& system)
 bool ConsistentSolver::factorize() {
   lu_.clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
-  for (const auto& [i, j] : system_.pattern().body_pairs) {
-    auto M = lu_.block(factorization_, i, j);
-    M.setZero();
-    if (i != j) continue;
-    M.diagonal().head<3>().setConstant(system_.body(i).mass);
-    M.bottomRightCorner<3, 3>() = system_.body(i).J;
-  }
-  for (int f = 0; f < system_.flexible_count(); ++f) {
-    const int i = system_.flexible_body(f);
-    lu_.block(factorization_, i, i) += evaluation_.flexible[f].M;
-  }
-  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
-    const auto [i, j] = pattern.modal_pairs[p];
-    if (p < evaluation_.modal_M.size()) {
-      lu_.block(factorization_, i, j) = evaluation_.modal_M[p];
+  double* values = factorization_.values.data();
+  for_each_pair(pattern, static_cast<int>(pattern.pairs.size()), [&](int p, auto R, auto C) {
+    const auto& [i, j, offset] = pattern.pairs[p];
+    const int rows = pattern.unknowns[i].size, columns = pattern.unknowns[j].size;
+    Eigen::Map<Eigen::Matrix<double, R, C, Eigen::RowMajor>> block(values + pairs_[p], rows, columns);
+    if (p < pattern.inertia_pairs) {
+      block = ConstPairBlock<R, C>(evaluation_.M.data() + offset, rows, columns);
     } else {
-      lu_.block(factorization_, i, j).setZero();
+      block.setZero();
     }
-  }
-  for (const auto& [joint, body, side] : pattern.incidences) {
-    const JointRows& B = evaluation_.joints[joint].B[side];
-    lu_.block(factorization_, pattern.joint_node(joint), body) = B;
-    lu_.block(factorization_, body, pattern.joint_node(joint)) = B.transpose();
-  }
-  for (std::size_t k = 0; k < pattern.modal_incidences.size(); ++k) {
-    const auto& [joint, flexible, side] = pattern.modal_incidences[k];
-    const MatrixXd& B = evaluation_.modal_joints[k].B;
-    lu_.block(factorization_, pattern.joint_node(joint), pattern.modal_node(flexible)) = B;
-    lu_.block(factorization_, pattern.modal_node(flexible), pattern.joint_node(joint)) = B.transpose();
+  });
+  for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
+    const auto& [constraint, unknown, offset] = pattern.incidences[k];
+    const int m = pattern.constraint_sizes[constraint], size = pattern.unknowns[unknown].size;
+    const double* B = evaluation_.B.data() + offset;
+    std::copy_n(B, m * size, values + rows_[k]);
+    double* column = values + columns_[k];
+    for (int r = 0; r < m; ++r) {
+      for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
+    }
   }
   return lu_.factorize(factorization_);
 }
@@ -84,18 +81,8 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   if (singular_) return false;
   system_.residual(evaluation_, zero_velocity_, zero_lambda_, u, r_);
   motion() = -r_;
-  gamma_.setZero();
-  for (const auto& [joint, body, side] : system_.pattern().incidences) {
-    const JointRows& Z = evaluation_.joints[joint].Z[side];
-    gamma_.segment(system_.lambda_index(joint), Z.rows()).noalias() -=
-        Z.lazyProduct(v.segment<kVelocitiesPerBody>(kVelocitiesPerBody * body));
-  }
-  for (std::size_t k = 0; k < system_.pattern().modal_incidences.size(); ++k) {
-    const auto& [joint, flexible, side] = system_.pattern().modal_incidences[k];
-    const MatrixXd& Z = evaluation_.modal_joints[k].Z;
-    gamma_.segment(system_.lambda_index(joint), Z.rows()).noalias() -=
-        Z.lazyProduct(v.segment(system_.modal_velocity(flexible), Z.cols()));
-  }
+  gamma_ = -evaluation_.W;
+  system_.subtract_rows_times(evaluation_.Z, v.data(), gamma_);
   multipliers() = gamma_;
   solve();
   if (constraint_defect() > kNegligibleDefect && !refine(u, vdot, lambda)) return false;
@@ -104,25 +91,12 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated first, which leaves
-// their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show it.
+// Largest entry of defect_ = -Z v - W - B vdot, over that of all accelerations. Bodies are eliminated first, which
+// leaves their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show
+// it.
 double ConsistentSolver::constraint_defect() {
   defect_ = gamma_;
-  for (const auto& [joint, body, side] : system_.pattern().incidences) {
-    const JointRows& B = evaluation_.joints[joint].B[side];
-    const double* row = B.data();
-    const double* a = x_.data() + kVelocitiesPerBody * body;
-    double* out = defect_.data() + system_.lambda_index(joint);
-    for (int m = 0; m < B.rows(); ++m, row += kVelocitiesPerBody) {
-      out[m] -= row[0] * a[0] + row[1] * a[1] + row[2] * a[2] + row[3] * a[3] + row[4] * a[4] + row[5] * a[5];
-    }
-  }
-  for (std::size_t k = 0; k < system_.pattern().modal_incidences.size(); ++k) {
-    const auto& [joint, flexible, side] = system_.pattern().modal_incidences[k];
-    const MatrixXd& B = evaluation_.modal_joints[k].B;
-    defect_.segment(system_.lambda_index(joint), B.rows()).noalias() -=
-        B.lazyProduct(motion().segment(system_.modal_velocity(flexible), B.cols()));
-  }
+  system_.subtract_rows_times(evaluation_.B, x_.data(), defect_);
   return largest(defect_) / std::max(largest(motion()), std::numeric_limits<double>::min());
 }
 
@@ -134,11 +108,9 @@ bool ConsistentSolver::refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambd
   for (int part = 0; part < 2; ++part) {
     double force = 0, inertia = 0;
     for (int i = 0; i < system_.body_count(); ++i) {
-      const int f = system_.flexible_index(i);
-      const RigidBody& body = system_.body(i);
+      const ConstPairBlock<6, 6> M(evaluation_.M.data() + system_.pattern().pairs[i].offset);
       force = std::max(force, r_.segment<3>(6 * i + 3 * part).cwiseAbs().maxCoeff());
-      inertia = std::max(inertia, part == 0 ? body.mass : body.J.diagonal().maxCoeff());
-      if (f >= 0) inertia = std::max(inertia, evaluation_.flexible[f].M.diagonal().segment<3>(3 * part).maxCoeff());
+      inertia = std::max(inertia, M.diagonal().segment<3>(3 * part).maxCoeff());
     }
     driving = std::max(driving, force / inertia);
   }
@@ -176,9 +148,9 @@ double ConsistentSolver::difference_time(const VectorXd& v) const {
   for (int i = 0; i < system_.body_count(); ++i) w = std::max(w, v.segment<3>(6 * i + 3).norm());
   for (int f = 0; f < system_.flexible_count(); ++f) w = std::max(w, system_.flexible(f).highest_frequency());
   double stiffness = 0, lightest = INFINITY;
-  for (int k = 0; k < system_.spring_damper_count(); ++k) stiffness += system_.spring_damper(k).stiffness.maxCoeff();
+  for (int k = 0; k < system_.spring_damper_count(); ++k) stiffness += system_.spring_damper(k).stiffness().maxCoeff();
   for (int i = 0; i < system_.body_count(); ++i) {
-    if (system_.flexible_index(i) < 0) lightest = std::min(lightest, system_.body(i).mass);
+    if (const RigidBody* body = system_.rigid(i)) lightest = std::min(lightest, body->mass);
   }
   w = std::max(w, 4 * std::sqrt(stiffness / lightest));  // energies swing twice as fast, and bars rock faster still
   return 1e-4 / w;
@@ -205,10 +177,10 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
   for (;; ++result.iterations) {
     system_.evaluate(q, zero_velocity_, evaluation_);
     result.residual = 0;
-    for (int j = 0; j < system_.joint_count(); ++j) {
-      const JointVector& phi = evaluation_.joints[j].phi;
+    for (int c = 0; c < system_.constraint_count(); ++c) {
+      const auto phi = evaluation_.phi.segment(system_.lambda_index(c), system_.constraint(c).equations());
       const double largest = phi.allFinite() ? phi.lpNorm<Eigen::Infinity>() : INFINITY;  // the norm may drop a NaN
-      if (largest > result.residual) result.residual = largest, result.worst_joint = j;
+      if (largest > result.residual) result.residual = largest, result.worst_joint = c;
     }
     const double scale = 1.0 + q.lpNorm<Eigen::Infinity>();
     const bool reached = std::isfinite(result.residual) && result.residual <= kReached * scale;
@@ -218,10 +190,7 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
     previous = result.residual;
 
     motion().setZero();
-    for (int j = 0; j < system_.joint_count(); ++j) {
-      const JointVector& phi = evaluation_.joints[j].phi;
-      multipliers().segment(system_.lambda_index(j), phi.size()) = -phi;
-    }
+    multipliers() = -evaluation_.phi;
     solve();
     double rotation = 0;
     for (int i = 0; i < system_.body_count(); ++i) {
@@ -241,10 +210,7 @@ bool ConsistentSolver::project_velocities(const VectorXd& q, VectorXd& v) {
     system_.evaluate(q, v, evaluation_);
     if (!factorize()) return false;
     motion().setZero();
-    for (int j = 0; j < system_.joint_count(); ++j) {
-      const JointVector& phidot = evaluation_.joints[j].phidot;
-      multipliers().segment(system_.lambda_index(j), phidot.size()) = -phidot;
-    }
+    multipliers() = -evaluation_.phidot;
     solve();
     v += motion();
   }

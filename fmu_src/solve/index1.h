@@ -1,7 +1,7 @@
 // Index-1 form of the equations of motion, and consistent values that follow from it.
 //
-//   [M  B^T] [vdot  ]   [-g     ]
-//   [B  0  ] [lambda] = [-Z v   ]        (Phi'' = B vdot + Z v = 0)
+//   [M  B^T] [vdot  ]   [-g      ]
+//   [B  0  ] [lambda] = [-Z v - W]        (Phi'' = B vdot + Z v + W = 0)
 //
 // The same matrix projects positions and velocities onto the constraints with the least change in the mass metric.
 // A ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
@@ -59,7 +59,8 @@ class ConsistentSolver {
   Factorization factorization_;
   bool singular_ = false;
   VectorXd x_, zero_velocity_, zero_lambda_, r_;
-  VectorXd gamma_, defect_;  // -Z v and what B vdot misses of it
+  std::vector<int> pairs_, rows_, columns_;  // where blocks of the pattern are in the factorization
+  VectorXd gamma_, defect_;                  // -Z v - W and what B vdot misses of it
   VectorXd u_, q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };
 

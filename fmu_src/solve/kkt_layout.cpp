@@ -3,28 +3,28 @@
 namespace sigmafmu {
 
 BlockLU make_kkt_solver(const BlockPattern& pattern, int sets) {
-  std::vector<int> sizes = pattern.body_sizes;
-  sizes.insert(sizes.end(), pattern.modal_sizes.begin(), pattern.modal_sizes.end());
-  std::vector<int> stage(sizes.size(), 0);
-  for (int m : pattern.joint_sizes) {
+  std::vector<int> sizes, stage;
+  for (const Unknown& unknown : pattern.unknowns) {
+    sizes.push_back(unknown.size);
+    stage.push_back(0);
+  }
+  for (int m : pattern.constraint_sizes) {
     sizes.push_back(sets * m);
     stage.push_back(1);
   }
-  auto edges = pattern.body_pairs;
-  edges.insert(edges.end(), pattern.modal_pairs.begin(), pattern.modal_pairs.end());
-  for (const auto& i : pattern.incidences) edges.emplace_back(pattern.joint_node(i.joint), i.body);
-  for (const auto& i : pattern.modal_incidences) {
-    edges.emplace_back(pattern.joint_node(i.joint), pattern.modal_node(i.body));
+  std::vector<std::pair<int, int>> written, added;
+  for (const auto& pair : pattern.pairs) written.emplace_back(pair.row, pair.column);
+  std::vector<std::vector<int>> constraints(pattern.unknown_count());
+  for (const auto& [constraint, unknown, offset] : pattern.incidences) {
+    written.emplace_back(pattern.constraint_node(constraint), unknown);
+    constraints[unknown].push_back(pattern.constraint_node(constraint));
   }
-  if (sets == 2) {  // mu of a joint moves the modes of a flexible body whose frame it holds
-    for (const auto& i : pattern.incidences) {
-      for (std::size_t f = 0; f < pattern.modal_sizes.size(); ++f) {
-        const auto [frame, modes] = pattern.modal_pairs[3 * f];
-        if (frame == i.body) edges.emplace_back(pattern.joint_node(i.joint), modes);
-      }
+  if (sets == 2) {  // mu of a constraint moves all unknowns of a body whose pose or modes it acts on
+    for (int p = 0; p < pattern.inertia_pairs; ++p) {
+      for (int node : constraints[pattern.pairs[p].column]) added.emplace_back(node, pattern.pairs[p].row);
     }
   }
-  return BlockLU(sizes, edges, stage);
+  return BlockLU(sizes, written, added, stage);
 }
 
 }  // namespace sigmafmu

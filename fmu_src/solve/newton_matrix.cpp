@@ -7,20 +7,17 @@
 namespace sigmafmu {
 namespace {
 
-// Row-major blocks: out (6 x columns, from column `at`) := A^T, for the m x 6 rows A of a joint.
-void write_transposed(const JointRows& A, double* out, int columns, int at) {
-  const int m = static_cast<int>(A.rows());
-  for (int r = 0; r < m; ++r) {
-    for (int c = 0; c < kVelocitiesPerBody; ++c) out[c * columns + at + r] = A(r, c);
-  }
-}
+using Eigen::Dynamic;
+template <int R, int C>
+using RowMajorBlock =
+    Eigen::Map<Eigen::Matrix<double, R, C, (C == 1 && R != 1) ? Eigen::ColMajor : Eigen::RowMajor>>;
 
-// row (m x 6) += A_N X in the last N columns, A_N those columns of A.
+// row (m x 6) += A_N X in the last N columns, A_N those columns of A (m x 6).
 template <int N>
-void add_product(const JointRows& A, const Eigen::Matrix<double, N, N>& X, double* row) {
+void add_product(int m, const double* A, const Eigen::Matrix<double, N, N>& X, double* row) {
   constexpr int first = kVelocitiesPerBody - N;
-  for (int r = 0; r < A.rows(); ++r, row += kVelocitiesPerBody) {
-    const double* a = A.data() + r * kVelocitiesPerBody + first;
+  for (int r = 0; r < m; ++r, row += kVelocitiesPerBody, A += kVelocitiesPerBody) {
+    const double* a = A + first;
     for (int c = 0; c < N; ++c) {
       double sum = a[0] * X(0, c);
       for (int k = 1; k < N; ++k) sum += a[k] * X(k, c);
@@ -29,196 +26,221 @@ void add_product(const JointRows& A, const Eigen::Matrix<double, N, N>& X, doubl
   }
 }
 
+// out (Size x m, rows `columns` apart) (+)= D (Size x Columns) A^T, A m x Columns.
+template <bool Add, typename Matrix>
+void write_product(const Matrix& D, int m, const double* A, int columns, double* out) {
+  const Eigen::Index size = D.rows(), inner = D.cols();
+  for (int r = 0; r < m; ++r, A += inner) {
+    for (Eigen::Index c = 0; c < size; ++c) {
+      double sum = D(c, 0) * A[0];
+      for (Eigen::Index k = 1; k < inner; ++k) sum += D(c, k) * A[k];
+      double& x = out[c * columns + r];
+      x = Add ? x + sum : sum;
+    }
+  }
+}
+
 }  // namespace
 
 NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
     : system_(system),
-      D_(system.body_count(), Matrix6d::Zero()),
       formulation_(formulation),
       lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
-  for (const auto& a : system.pattern().incidences) {
-    for (const auto& b : system.pattern().incidences) {
-      if (a.body == b.body) shared_.push_back({a.joint, a.side, b.joint, b.side, a.body});
+  const BlockPattern& pattern = system.pattern();
+  for (const auto& pair : pattern.pairs) pairs_.push_back(lu_.handle(pair.row, pair.column));
+  const int last = pattern.inertia_pairs;
+  std::vector<std::vector<int>> mixed(pattern.unknown_count()), met(pattern.unknown_count());
+  std::vector<int> own(pattern.unknown_count());
+  for (int p = 0; p < last; ++p) {
+    const auto& pair = pattern.pairs[p];
+    if (pair.row == pair.column) {
+      own[pair.column] = pair.offset;
+    } else {
+      mixed[pair.column].push_back(p);
     }
   }
-  const auto& modal = system.pattern().modal_incidences;
-  for (const auto& [joint, body, side] : system.pattern().incidences) {
-    const int flexible = system.flexible_index(body);
-    if (flexible < 0) continue;
-    int incidence = -1;
-    for (std::size_t k = 0; k < modal.size(); ++k) {
-      if (modal[k].joint == joint && modal[k].side == side) incidence = static_cast<int>(k);
-    }
-    flexible_joints_.push_back({joint, side, flexible, incidence});
+  for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
+    const auto& [constraint, unknown, offset] = pattern.incidences[k];
+    const int node = pattern.constraint_node(constraint);
+    incidences_.push_back({lu_.handle(unknown, node), lu_.handle(node, unknown), own[unknown]});
+    met[unknown].push_back(static_cast<int>(k));
   }
-  S_ = system.make_evaluation().modal_C;
-}
-
-// A += kappa M (X, 0)^T, M that of the frame of body i and X its translational rows.
-template <typename Rows, typename Matrix>
-void NewtonMatrix::add_inertia(const Evaluation& e, int i, double kappa, const Rows& X, Matrix& A) const {
-  A.template topRows<3>() += kappa * system_.body(i).mass * X;
-  const int flexible = system_.flexible_index(i);
-  if (flexible >= 0) A += kappa * e.flexible[flexible].M.template leftCols<3>() * X;
+  if (stabilized()) {
+    for (const std::vector<int>& incidences : met) {
+      for (int a : incidences) {
+        for (int b : incidences) {
+          const int row = pattern.incidences[a].constraint, column = pattern.incidences[b].constraint;
+          shared_.push_back({a, b, lu_.handle(pattern.constraint_node(row), pattern.constraint_node(column))});
+        }
+        const auto& [constraint, unknown, offset] = pattern.incidences[a];
+        for (int p : mixed[unknown]) {
+          mixed_.push_back({a, p, lu_.handle(pattern.pairs[p].row, pattern.constraint_node(constraint))});
+        }
+      }
+    }
+  }
+  S_ = system.make_evaluation().C;
 }
 
 template <int N>
 bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                              const BodyTangents<N>& tangents, Factorization& f) {
-  const bool stabilized = formulation_ == Formulation::stabilized_index2;
-  const double kappa = step.scale * step.beta_prime;
-  const double damping = step.scale * step.gamma_prime;
-  const double inverse_gamma_prime = 1 / step.gamma_prime;
   const BlockPattern& pattern = system_.pattern();
-
   lu_.clear(f);
-  const auto& pairs = pattern.body_pairs;
-  for (std::size_t p = 0; p < pairs.size(); ++p) {  // (kappa M + scale gamma' C) U + kappa M E + scale K
-    const auto [i, j] = pairs[p];
-    Matrix6d S = damping * e.C[p];
-    if (i == j) {
-      S.diagonal().head<3>().array() += kappa * system_.body(i).mass;
-      S.bottomRightCorner<3, 3>() += kappa * system_.body(i).J;
-      if (system_.flexible_index(i) >= 0) S += kappa * e.flexible[system_.flexible_index(i)].M;
-    }
-    if (stabilized && i == j) {  // D P^-1
-      D_[i] = S;
-      if (!tangents.identity_P) D_[i].template rightCols<N>() = S.template rightCols<N>() * tangents.P_inverse[i];
-      if constexpr (N == 6) add_inertia(e, i, kappa, tangents.F[i], D_[i]);
-    }
-    using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-    Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
-    constexpr int left = kVelocitiesPerBody - N;
-    block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
-    block.template rightCols<N>() =
-        S.template rightCols<N>() * tangents.U[j] + step.scale * e.K[p].template rightCols<N>();
-    if constexpr (N == 6) {
-      if (i == j) add_inertia(e, i, kappa, tangents.E[i], block);
+  write_pairs(e, step, tangents, f);
+  for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
+    if (pose(pattern.incidences[k])) {
+      write_incidence<N, kVelocitiesPerBody>(static_cast<int>(k), e, start, step, tangents, f);
+    } else {
+      write_incidence<N, Dynamic>(static_cast<int>(k), e, start, step, tangents, f);
     }
   }
-
-  for (const auto& [joint, body, side] : system_.pattern().incidences) {
-    const JointRows& B = e.joints[joint].B[side];
-    const JointRows& Z = e.joints[joint].Z[side];
-    const int m = static_cast<int>(B.rows()), values = m * kVelocitiesPerBody;
-    const int columns = stabilized ? 2 * m : m;
-    double* column = lu_.block(f, body, pattern.joint_node(joint)).data();
-    double* row = lu_.block(f, pattern.joint_node(joint), body).data();
-    write_transposed(B, column, columns, 0);
-    if (formulation_ != Formulation::index2) row = std::copy_n(B.data(), values, row);
-    if (formulation_ == Formulation::index3) continue;
-
-    for (int i = 0; i < values; ++i) row[i] = inverse_gamma_prime * Z.data()[i];
-    if (!stabilized) {
-      for (int r = 0; r < m; ++r) {
-        for (int c = 0; c < kVelocitiesPerBody - N; ++c) row[r * kVelocitiesPerBody + c] += B(r, c);
-      }
-      add_product<N>(B, tangents.U[body], row);
-      continue;
-    }
-    add_product<N>(B, tangents.U[body] - BodyTangents<N>::Block::Identity(), row);
-
-    // D P^-1 B_n^T. The damping between two bodies is left out: mu is as small as the truncation error.
-    const JointRows& Bn = start.joints[joint].B[side];
-    const Matrix6d& D = D_[body];
-    for (int r = 0; r < m; ++r) {
-      Vector6d product = D.col(0) * Bn(r, 0);
-      for (int c = 1; c < kVelocitiesPerBody; ++c) product += D.col(c) * Bn(r, c);
-      for (int c = 0; c < kVelocitiesPerBody; ++c) column[c * columns + m + r] = product[c];
+  for (const auto& [incidence, p, column] : mixed_) {
+    const auto& [constraint, unknown, offset] = pattern.incidences[incidence];
+    const int m = pattern.constraint_sizes[constraint];
+    write_product<true>(pair_block(pattern, pattern.pairs[p], std::as_const(S_)), m, start.B.data() + offset, 2 * m,
+                        f.values.data() + column + m);
+  }
+  for (const auto& [a, b, block] : shared_) {
+    if (pose(pattern.incidences[a])) {
+      add_shared<N, kVelocitiesPerBody>(a, b, e, start, tangents, f.values.data() + block);
+    } else {
+      add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
-
-  if (stabilized) {
-    for (const auto& [joint1, side1, joint2, side2, body] : shared_) {  // += B P^-1 B_n^T, lower right corner
-      JointRows BP = e.joints[joint1].B[side1];
-      if (!tangents.identity_P) {
-        BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[body]).eval();
-      }
-      const JointRows& Bn = start.joints[joint2].B[side2];
-      const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
-      double* out =
-          lu_.block(f, pattern.joint_node(joint1), pattern.joint_node(joint2)).data() + rows * 2 * columns + columns;
-      for (int r = 0; r < rows; ++r, out += 2 * columns) {
-        const double* a = BP.data() + r * kVelocitiesPerBody;
-        for (int c = 0; c < columns; ++c) {
-          const double* b = Bn.data() + c * kVelocitiesPerBody;
-          out[c] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
-        }
-      }
-    }
-  }
-  if (system_.flexible_count() > 0) write_modes(e, start, step, tangents, f);
   return lu_.factorize(f);
 }
 
-// All blocks with modes, and what modes add to those of frames and joints.
+// (kappa M + scale gamma' C) U + kappa M E + scale K; then D P^-1 in place of kappa M + scale gamma' C.
 template <int N>
-void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                               const BodyTangents<N>& tangents, Factorization& f) {
-  const bool stabilized = formulation_ == Formulation::stabilized_index2;
-  const double kappa = step.scale * step.beta_prime;
+void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents<N>& tangents,
+                               Factorization& f) {
+  const double kappa = step.scale * step.beta_prime, damping = step.scale * step.gamma_prime;
   const BlockPattern& pattern = system_.pattern();
-  const int bodies = system_.body_count();
-  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
-    const auto [i, j] = pattern.modal_pairs[p];
-    MatrixXd& S = S_[p];
-    S = step.scale * step.gamma_prime * e.modal_C[p];
-    const bool inertia = p < e.modal_M.size();
-    if (inertia) S += kappa * e.modal_M[p];
-    auto block = lu_.block(f, i, j);
-    block = S + step.scale * e.modal_K[p];
-    if (j >= bodies) continue;
-    block.template rightCols<N>() +=
-        S.template rightCols<N>().lazyProduct(tangents.U[j] - BodyTangents<N>::Block::Identity());
-    if (N == 6 && inertia) {
-      block.template rightCols<N>() += kappa * e.modal_M[p].template leftCols<3>().lazyProduct(tangents.E[j]);
-    }
-  }
-  for (const auto& [joint, side, flexible, incidence] : flexible_joints_) {
-    if (incidence < 0 && !stabilized) continue;
-    const int node = pattern.modal_node(flexible), m = system_.joint(joint).equations();
-    auto column = lu_.block(f, node, pattern.joint_node(joint));
-    auto row = lu_.block(f, pattern.joint_node(joint), node);
-    column.setZero();
-    row.setZero();
-    if (incidence >= 0) {
-      const ModalRows& rows = e.modal_joints[incidence];
-      column.leftCols(m) = rows.B.transpose();
-      if (formulation_ == Formulation::index2) {
-        row = rows.B + rows.Z / step.gamma_prime;
-      } else {
-        row.topRows(m) = rows.B;
+  for_each_pair(pattern, static_cast<int>(pattern.pairs.size()), [&](int p, auto R, auto C) {
+    constexpr int left = kVelocitiesPerBody - N;
+    const auto& [i, j, offset] = pattern.pairs[p];
+    const int rows = pattern.unknowns[i].size, columns = pattern.unknowns[j].size;
+    const bool inertia = p < pattern.inertia_pairs;
+    const auto of_pair = [&, offset = offset](const VectorXd& values) {
+      return ConstPairBlock<R, C>(values.data() + offset, rows, columns);
+    };
+    PairBlock<R, C> S(S_.data() + offset, rows, columns);
+    RowMajorBlock<R, C> block(f.values.data() + pairs_[p], rows, columns);
+    const auto K = of_pair(e.K);
+    S = damping * of_pair(e.C);
+    if (inertia) S += kappa * of_pair(e.M);
+    if constexpr (C == kVelocitiesPerBody) {
+      block.template leftCols<left>() = S.template leftCols<left>() + step.scale * K.template leftCols<left>();
+      block.template rightCols<N>() = S.template rightCols<N>().lazyProduct(tangents.U[j]) +
+                                      step.scale * K.template rightCols<N>();
+      if (!inertia) return;
+      const auto kappa_M = kappa * of_pair(e.M).template leftCols<3>();
+      if constexpr (N == 6) block += kappa_M.lazyProduct(tangents.E[j]);
+      if (!stabilized()) return;
+      if (!tangents.identity_P) {
+        for (Eigen::Index r = 0; r < S.rows(); ++r) {
+          S.row(r).template tail<N>() = (S.row(r).template tail<N>() * tangents.P_inverse[j]).eval();
+        }
       }
-      if (stabilized) row.bottomRows(m) = rows.Z / step.gamma_prime;
+      if constexpr (N == 6) S += kappa_M.lazyProduct(tangents.F[j]);
+    } else {
+      block = S + step.scale * K;
     }
-    if (!stabilized) continue;
-    // D P^-1 B_n^T: S_ holds (frame, modes), (modes, frame) and (modes, modes) of each flexible body, in this order.
-    const int body = system_.flexible_body(flexible);
-    const MatrixXd *from_modes = &S_[3 * flexible], *to_modes = from_modes + 1, *among_modes = from_modes + 2;
-    const JointRows& Bn = start.joints[joint].B[side];
+  });
+}
+
+// B^T and D P^-1 B_n^T in the columns, B and Z/gamma' + B (U - I) in the rows. The damping between two bodies is left
+// out of the columns: mu is as small as the truncation error.
+template <int N, int Size>
+void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation& start, const StepScales& step,
+                                   const BodyTangents<N>& tangents, Factorization& f) {
+  const auto& [constraint, unknown, offset] = system_.pattern().incidences[k];
+  const int m = system_.pattern().constraint_sizes[constraint], columns = stabilized() ? 2 * m : m;
+  const int size = Size == Dynamic ? system_.pattern().unknowns[unknown].size : Size, values = m * size;
+  const double *B = e.B.data() + offset, *Z = e.Z.data() + offset;
+  double* column = f.values.data() + incidences_[k].column;
+  double* row = f.values.data() + incidences_[k].row;
+  for (int r = 0; r < m; ++r) {
+    for (int c = 0; c < size; ++c) column[c * columns + r] = B[r * size + c];
+  }
+  if (formulation_ != Formulation::index2) row = std::copy_n(B, values, row);
+  if (formulation_ == Formulation::index3) return;
+
+  const double inverse_gamma_prime = 1 / step.gamma_prime;
+  for (int i = 0; i < values; ++i) row[i] = inverse_gamma_prime * Z[i];
+  if constexpr (Size == Dynamic) {
+    if (!stabilized()) {
+      for (int i = 0; i < values; ++i) row[i] += B[i];
+    }
+  } else if (!stabilized()) {
     for (int r = 0; r < m; ++r) {
-      Vector6d PB = Bn.row(r).transpose();
-      if constexpr (N == 6) {
-        const Vector3d FB = tangents.F[body] * PB;
-        column.col(m + r) += kappa * e.modal_M[3 * flexible + 1].template leftCols<3>().lazyProduct(FB);
-      }
-      if (!tangents.identity_P) PB.template tail<N>() = (tangents.P_inverse[body] * PB.template tail<N>()).eval();
-      column.col(m + r) += to_modes->lazyProduct(PB);
+      for (int c = 0; c < kVelocitiesPerBody - N; ++c) row[r * kVelocitiesPerBody + c] += B[r * kVelocitiesPerBody + c];
     }
-    if (incidence < 0) continue;
-    const MatrixXd& Bn_modal = start.modal_joints[incidence].B;
-    column.rightCols(m) += among_modes->lazyProduct(Bn_modal.transpose());
-    lu_.block(f, body, pattern.joint_node(joint)).rightCols(m) += from_modes->lazyProduct(Bn_modal.transpose());
+    add_product<N>(m, B, tangents.U[unknown], row);
+  } else {
+    add_product<N>(m, B, tangents.U[unknown] - BodyTangents<N>::Block::Identity(), row);
   }
-  if (!stabilized) return;
-  const auto& incidences = pattern.modal_incidences;
-  for (std::size_t k = 0; k < incidences.size(); ++k) {  // += B B_n^T
-    for (std::size_t l = 0; l < incidences.size(); ++l) {
-      if (incidences[k].body != incidences[l].body) continue;
-      auto block = lu_.block(f, pattern.joint_node(incidences[k].joint), pattern.joint_node(incidences[l].joint));
-      const MatrixXd &B = e.modal_joints[k].B, &Bn = start.modal_joints[l].B;
-      block.bottomRightCorner(B.rows(), Bn.rows()) += B.lazyProduct(Bn.transpose());
+  if (!stabilized()) return;
+  const ConstPairBlock<Size, Size> D(S_.data() + incidences_[k].inertia, size, size);
+  write_product<false>(D, m, start.B.data() + offset, columns, column + m);
+}
+
+// B P^-1 B_n^T of two incidences with the same unknown, lower right corner.
+template <int N, int Size>
+void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluation& start,
+                              const BodyTangents<N>& tangents, double* block) {
+  const BlockPattern& pattern = system_.pattern();
+  const int unknown = pattern.incidences[a].unknown;
+  const int rows = pattern.constraint_sizes[pattern.incidences[a].constraint];
+  const int columns = pattern.constraint_sizes[pattern.incidences[b].constraint];
+  const int size = Size == Dynamic ? pattern.unknowns[unknown].size : Size;
+  const double *B = e.B.data() + pattern.incidences[a].offset, *Bn = start.B.data() + pattern.incidences[b].offset;
+  Eigen::Matrix<double, Dynamic, kVelocitiesPerBody, Eigen::RowMajor, 6, kVelocitiesPerBody> BP;
+  if constexpr (Size == kVelocitiesPerBody) {
+    if (!tangents.identity_P) {
+      BP = ConstRows(B, rows, 6);
+      BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[unknown]).eval();
+      B = BP.data();
     }
+  }
+  double* out = block + rows * 2 * columns + columns;
+  for (int r = 0; r < rows; ++r, out += 2 * columns, B += size) {
+    const double* x = Bn;
+    for (int c = 0; c < columns; ++c, x += size) {
+      double sum = B[0] * x[0];
+      for (int i = 1; i < size; ++i) sum += B[i] * x[i];
+      out[c] += sum;
+    }
+  }
+}
+
+void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
+  for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -step.scale * r[i];
+  for (int c = 0; c < system_.constraint_count(); ++c) {
+    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
+    double* first = x.data() + lambda_offset(c);
+    double* second = first + count;
+    for (int k = 0; k < count; ++k) {
+      const double phi = e.phi[equation + k], rate = e.phidot[equation + k] / step.gamma_prime;
+      first[k] = formulation_ == Formulation::index2 ? -rate : -phi;
+      if (stabilized()) second[k] = phi - rate;
+    }
+  }
+}
+
+void NewtonMatrix::add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const {
+  for (int c = 0; c < system_.constraint_count(); ++c) {
+    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
+    for (int k = 0; k < count; ++k) lambda[equation + k] += x[lambda_offset(c) + k] / step.scale;
+  }
+  if (stabilized()) add_multiplier_increments(x, mu);
+}
+
+void NewtonMatrix::add_multiplier_increments(const VectorXd& x, VectorXd& mu) const {
+  for (int c = 0; c < system_.constraint_count(); ++c) {
+    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
+    for (int k = 0; k < count; ++k) mu[equation + k] += x[mu_offset(c) + k];
   }
 }
 

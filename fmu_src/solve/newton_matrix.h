@@ -54,31 +54,50 @@ class NewtonMatrix {
                                const BodyTangents<N>& tangents, Factorization& f);
   // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_.size(); }
-  int lambda_offset(int joint) const { return lu_.offset(system_.pattern().joint_node(joint)); }
-  int mu_offset(int joint) const { return lambda_offset(joint) + system_.joint(joint).equations(); }
+  int lambda_offset(int constraint) const { return lu_.offset(system_.pattern().constraint_node(constraint)); }
+  int mu_offset(int constraint) const {
+    return lambda_offset(constraint) + system_.pattern().constraint_sizes[constraint];
+  }
   void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
+  // The right side of an iteration with residual r.
+  void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
+  // lambda and mu plus their increments in a solution x.
+  void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
+  void add_multiplier_increments(const VectorXd& x, VectorXd& mu) const;
 
  private:
-  struct SharedBody {
-    int joint1, side1, joint2, side2, body;
-  };
-  // A joint on side `side` of a flexible body, and which of the modal incidences it is (-1: not at a node).
-  struct FlexibleJoint {
-    int joint, side, flexible, incidence;
-  };
-  template <typename Rows, typename Matrix>
-  void add_inertia(const Evaluation& e, int i, double kappa, const Rows& X, Matrix& A) const;
   template <int N>
-  void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                   const BodyTangents<N>& tangents, Factorization& f);
+  void write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents<N>& tangents, Factorization& f);
+  template <int N, int Size>
+  void write_incidence(int k, const Evaluation& e, const Evaluation& start, const StepScales& step,
+                       const BodyTangents<N>& tangents, Factorization& f);
+  template <int N, int Size>
+  void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents<N>& tangents,
+                  double* block);
 
+  bool stabilized() const { return formulation_ == Formulation::stabilized_index2; }
+  bool pose(const BlockPattern::Incidence& incidence) const { return system_.pattern().unknowns[incidence.unknown].pose; }
+
+  // Where blocks are in a Factorization: of each pair; of the columns and rows of each incidence; of two incidences with
+  // the same unknown, and of what an incidence adds to the columns of another unknown of the same body.
+  struct Incident {
+    int column, row;
+    int inertia;  // offset of the unknown's block of M in S_
+  };
+  struct Shared {
+    int incidence1, incidence2, block;
+  };
+  struct Mixed {
+    int incidence, pair, column;
+  };
   const System& system_;
-  std::vector<Matrix6d> D_;  // D P^-1 of each body
   Formulation formulation_;
   BlockLU lu_;
-  std::vector<SharedBody> shared_;  // all pairs of joints that meet at a body, a joint with itself included
-  std::vector<FlexibleJoint> flexible_joints_;
-  std::vector<MatrixXd> S_;  // kappa M + scale gamma' C of each block with modes
+  std::vector<int> pairs_;
+  std::vector<Incident> incidences_;
+  std::vector<Shared> shared_;
+  std::vector<Mixed> mixed_;
+  VectorXd S_;  // kappa M + scale gamma' C, then for the pairs of M D P^-1
 };
 
 }  // namespace sigmafmu

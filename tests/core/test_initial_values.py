@@ -45,13 +45,13 @@ def test_joints_that_are_not_set_keep_their_angles():
     mechanism.set("joint2.initialAngularRate", -2.0)
     found, state = coordinates(mechanism)
     np.testing.assert_allclose(found, [(0.75, 0.5), (0, -2.0), (0, 0)], rtol=0, atol=16 * EPS)
-    assert state.angle[0] == pytest.approx(0.75, rel=4 * EPS)
+    assert state.turned[0] == pytest.approx(0.75, rel=4 * EPS)
 
 
 def test_turns_are_counted_by_the_simulation():
     mechanism = chain([Type.revolute])
     mechanism.set("joint1.initialAngle", -30.0)
-    assert _core.Simulation(mechanism).state.angle[0] == pytest.approx(-30.0, rel=4 * EPS)
+    assert _core.Simulation(mechanism).state.turned[0] == pytest.approx(-30.0, rel=4 * EPS)
 
 
 def test_orientations_that_are_not_set_stay_where_joints_allow_it():

@@ -30,8 +30,12 @@ struct PyOutputs {
     }
   }
   VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& angles) {
-    state.angle = angles.value_or(VectorXd::Zero(system.joint_count()));
-    if (state.angle.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
+    const VectorXd near = angles.value_or(VectorXd::Zero(system.joint_count()));
+    if (near.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
+    state.turned.setZero(system.coordinate_count());
+    for (int j = 0; j < system.joint_count(); ++j) {
+      if (!system.joint(j).coordinates().empty()) state.turned[system.coordinate_index(j)] = near[j];
+    }
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     if (!solver.accelerations(q, v, u, vdot, lambda)) {
       throw std::runtime_error(solver.singular() ? describe_singularity(mechanism.multibody, system, q)

@@ -27,7 +27,7 @@ struct PySimulation {
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
-    count_turns(mechanism.multibody, state.angle);
+    count_turns(mechanism.multibody, system, state.turned);
   }
   void start() {
     if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");
@@ -121,7 +121,7 @@ void bind_simulation(nb::module_& m) {
       .def_rw("vdot", &State::vdot)
       .def_rw("a", &State::a)
       .def_rw("lambda_", &State::lambda)
-      .def_ro("angle", &State::angle)
+      .def_ro("turned", &State::turned)
       .def_ro("error", &State::error)
       .def_ro("largest_error", &State::largest_error)
       .def_ro("counters", &State::counters);

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "lie/r3xso3.h"
+#include "multibody/dense_blocks.h"
 #include "multibody/system.h"
 #include "solve/index1.h"
 #include "solve/start/dependent_equations.h"
@@ -48,65 +49,19 @@ struct PySystem {
     check(q, v);
     system.evaluate(q, v, e);
     system.constraint_rates(e);
-    const int m = system.constraint_size(), n = system.velocity_size();
-    VectorXd phi(m), phidot(m);
-    MatrixXd B = MatrixXd::Zero(m, n), Z = MatrixXd::Zero(m, n);
-    for (int j = 0; j < system.joint_count(); ++j) {
-      phi.segment(system.lambda_index(j), e.joints[j].phi.size()) = e.joints[j].phi;
-      phidot.segment(system.lambda_index(j), e.joints[j].phi.size()) = e.joints[j].phidot;
-    }
-    for (const auto& [joint, body, side] : system.pattern().incidences) {
-      const int rows = system.joint(joint).equations();
-      B.block(system.lambda_index(joint), 6 * body, rows, 6) = e.joints[joint].B[side];
-      Z.block(system.lambda_index(joint), 6 * body, rows, 6) = e.joints[joint].Z[side];
-    }
-    for (std::size_t k = 0; k < e.modal_joints.size(); ++k) {
-      const auto& [joint, flexible, side] = system.pattern().modal_incidences[k];
-      const ModalRows& rows = e.modal_joints[k];
-      const int row = system.lambda_index(joint), column = system.modal_velocity(flexible);
-      B.block(row, column, rows.B.rows(), rows.B.cols()) = rows.B;
-      Z.block(row, column, rows.Z.rows(), rows.Z.cols()) = rows.Z;
-    }
-    return nb::make_tuple(phi, phidot, B, Z);
+    return nb::make_tuple(e.phi, e.phidot, dense_rows(system, e.B), dense_rows(system, e.Z));
   }
   nb::tuple linearization(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, const VectorXd& u,
                           const std::optional<VectorXd>& vdot) {
     check(q, v);
     check_forces(lambda, u);
     system.evaluate(q, v, e);
-    if (vdot) {
-      check(q, *vdot);
-      system.linearize(*vdot, lambda, u, e);
-    } else if (system.flexible_count() == 0) {
-      system.linearize(lambda, u, e);
-    } else {
+    if (vdot) check(q, *vdot);
+    if (!vdot && system.flexible_count() > 0) {
       throw std::invalid_argument("the linearization of flexible bodies needs vdot");
     }
-    const int n = system.velocity_size();
-    MatrixXd M = MatrixXd::Zero(n, n), C = MatrixXd::Zero(n, n), K = MatrixXd::Zero(n, n);
-    for (int i = 0; i < system.body_count(); ++i) {
-      M.block<3, 3>(6 * i, 6 * i).diagonal().setConstant(system.body(i).mass);
-      M.block<3, 3>(6 * i + 3, 6 * i + 3) = system.body(i).J;
-    }
-    for (std::size_t p = 0; p < e.C.size(); ++p) {
-      const auto [i, j] = system.pattern().body_pairs[p];
-      C.block<6, 6>(6 * i, 6 * j) = e.C[p];
-      K.block<6, 6>(6 * i, 6 * j) = e.K[p];
-    }
-    for (int f = 0; f < system.flexible_count(); ++f) {
-      const int i = system.flexible_body(f);
-      M.block<6, 6>(6 * i, 6 * i) += e.flexible[f].M;
-    }
-    const int bodies = system.body_count();
-    auto first = [&](int node) { return node < bodies ? 6 * node : system.modal_velocity(node - bodies); };
-    for (std::size_t p = 0; p < e.modal_C.size(); ++p) {
-      const auto [i, j] = system.pattern().modal_pairs[p];
-      const Eigen::Index rows = e.modal_C[p].rows(), columns = e.modal_C[p].cols();
-      if (p < e.modal_M.size()) M.block(first(i), first(j), rows, columns) = e.modal_M[p];
-      C.block(first(i), first(j), rows, columns) = e.modal_C[p];
-      K.block(first(i), first(j), rows, columns) = e.modal_K[p];
-    }
-    return nb::make_tuple(M, C, K);
+    system.linearize(vdot ? *vdot : VectorXd::Zero(system.velocity_size()), lambda, u, e);
+    return nb::make_tuple(dense_pairs(system, e.M), dense_pairs(system, e.C), dense_pairs(system, e.K));
   }
   nb::tuple accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     check(q, v);
@@ -131,22 +86,25 @@ struct PySystem {
   nb::tuple coordinate(const VectorXd& q, const VectorXd& v, int joint) {
     check(q, v);
     system.evaluate(q, v, e);
-    const Joint& j = system.joint(joint);
-    const auto &k1 = system.attachment(e, joint, 0), &k2 = system.attachment(e, joint, 1);
-    return nb::make_tuple(j.coordinate(k1, k2), j.coordinate_rate(k1, k2));
+    const int c = coordinate_of(joint);
+    if (c < 0) throw std::invalid_argument("the joint has no coordinate");
+    return nb::make_tuple(system.coordinate_value(e, c), system.coordinate_rate(e, c));
   }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
     system.evaluate(q, v, e);
     VectorXd x = VectorXd::Zero(system.joint_count()), rate = x;
     for (int j = 0; j < system.joint_count(); ++j) {
-      const Joint& joint = system.joint(j);
-      if (!joint.has_motor()) continue;
-      const auto &k1 = system.attachment(e, j, 0), &k2 = system.attachment(e, j, 1);
-      x[j] = joint.coordinate(k1, k2);
-      rate[j] = joint.coordinate_rate(k1, k2);
+      const int c = coordinate_of(j);
+      if (c < 0) continue;
+      x[j] = system.coordinate_value(e, c);
+      rate[j] = system.coordinate_rate(e, c);
     }
     return nb::make_tuple(x, rate);
+  }
+  // The first coordinate of a joint, -1: it has none.
+  int coordinate_of(int joint) const {
+    return system.joint(joint).coordinates().empty() ? -1 : system.coordinate_index(joint);
   }
   nb::tuple reaction(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, int joint) {
     check(q, v);
@@ -216,7 +174,10 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("velocity_size", [](const PySystem& s) { return s.system.velocity_size(); })
       .def_prop_ro("constraint_size", [](const PySystem& s) { return s.system.constraint_size(); })
       .def_prop_ro("input_size", [](const PySystem& s) { return s.system.input_size(); })
-      .def("motor_index", [](const PySystem& s, int joint) { return s.system.motor_index(joint); })
+      .def("motor_index", [](const PySystem& s, int joint) {
+             const int c = s.coordinate_of(joint);
+             return c < 0 ? -1 : s.system.motor_index(c);
+           })
       .def("actuator_index", [](const PySystem& s, int spring) { return s.system.actuator_index(spring); })
       .def("residual", &PySystem::residual, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "u"_a)
       .def("constraints", &PySystem::constraints, "q"_a, "v"_a, "(Phi, Phi', B, Z)")

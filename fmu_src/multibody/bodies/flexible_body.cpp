@@ -55,13 +55,13 @@ FlexibleEvaluation FlexibleBody::make_evaluation() const {
 MatrixXd FlexibleBody::undeformed_mass_matrix() const {
   FlexibleEvaluation e = make_evaluation();
   const VectorXd zero = VectorXd::Zero(modes());
-  evaluate(BodyKinematics{}, zero.data(), zero.data(), e);
+  evaluate(FrameKinematics{}, zero.data(), zero.data(), e);
   MatrixXd M(6 + modes(), 6 + modes());
   M << e.M, e.M_modal, e.M_modal.transpose(), modal_mass_;
   return M;
 }
 
-void FlexibleBody::evaluate(const BodyKinematics& k, const double* zeta, const double* zetadot,
+void FlexibleBody::evaluate(const FrameKinematics& k, const double* zeta, const double* zetadot,
                             FlexibleEvaluation& e) const {
   const int f = modes();
   e.zeta = Map<const VectorXd>(zeta, f);

@@ -30,12 +30,11 @@
 #pragma once
 
 #include "model/definition.h"
-#include "multibody/kinematics.h"
+#include "multibody/pattern.h"
 
 namespace sigmafmu {
 
 using Eigen::Matrix3Xd;
-using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 // At (q, v); rows of M belong to (v, w).
 struct FlexibleEvaluation {
@@ -74,23 +73,25 @@ class FlexibleBody {
 
   FlexibleEvaluation make_evaluation() const;
   // f coordinates and rates.
-  void evaluate(const BodyKinematics& k, const double* zeta, const double* zetadot, FlexibleEvaluation& e) const;
+  void evaluate(const FrameKinematics& k, const double* zeta, const double* zetadot, FlexibleEvaluation& e) const;
   // r += inertia, gravity g (W), stiffness and damping; rows of the frame and of the modes.
-  void add_residual(const BodyKinematics& k, const FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
+  void add_residual(const FrameKinematics& k, const FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
                     const Vector3d& g, double* r_frame, double* r_modal) const;
 
   // Blocks of a matrix by (frame, modes).
   struct Blocks {
-    Matrix6d& frame;
-    MatrixXd &frame_modal, &modal_frame, &modal;
+    PairBlock<6, 6> frame;
+    PairBlock<6, Eigen::Dynamic> frame_modal;
+    PairBlock<Eigen::Dynamic, 6> modal_frame;
+    PairBlock<Eigen::Dynamic, Eigen::Dynamic> modal;
   };
   // C += dr/dv, K += dr/d(motion) of that residual, d(M vdot) included.
-  void linearize(const BodyKinematics& k, FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
-                 const Vector3d& g, const Blocks& C, const Blocks& K) const;
+  void linearize(const FrameKinematics& k, FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
+                 const Vector3d& g, Blocks C, Blocks K) const;
 
-  double kinetic_energy(const BodyKinematics& k, const FlexibleEvaluation& e) const;
+  double kinetic_energy(const FrameKinematics& k, const FlexibleEvaluation& e) const;
   // Of gravity g (W) and of the deformation [J].
-  double potential_energy(const BodyKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const;
+  double potential_energy(const FrameKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const;
 
  private:
   Matrix3d G(int b, int a) const { return Eigen::Map<const Matrix3d>(G_.col(b).data() + 9 * a); }  // G_ba

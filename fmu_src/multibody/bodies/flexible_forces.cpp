@@ -5,7 +5,7 @@ namespace sigmafmu {
 using Eigen::Map;
 using lie::hat;
 
-void FlexibleBody::add_residual(const BodyKinematics& k, const FlexibleEvaluation& e, const double* vdot,
+void FlexibleBody::add_residual(const FrameKinematics& k, const FlexibleEvaluation& e, const double* vdot,
                                 const double* zetaddot, const Vector3d& g, double* r_frame, double* r_modal) const {
   const int f = modes();
   const Map<const Vector3d> xddot(vdot), wdot(vdot + 3);
@@ -32,8 +32,8 @@ void FlexibleBody::add_residual(const BodyKinematics& k, const FlexibleEvaluatio
 
 // Motions: delta x in W, delta R = R hat(phi), delta zeta; delta b = hat(b) phi and with t the bracket of the first
 // row, delta(R t) = -R hat(t) phi. delta P = hat(delta w) hat(w) + hat(w) hat(delta w).
-void FlexibleBody::linearize(const BodyKinematics& k, FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
-                             const Vector3d& g, const Blocks& C, const Blocks& K) const {
+void FlexibleBody::linearize(const FrameKinematics& k, FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
+                             const Vector3d& g, Blocks C, Blocks K) const {
   const int f = modes();
   const Matrix3d& R = k.R_WB;
   const Map<const Vector3d> xddot(vdot), wdot(vdot + 3);
@@ -74,14 +74,14 @@ void FlexibleBody::linearize(const BodyKinematics& k, FlexibleEvaluation& e, con
 }
 
 // 1/2 sum_ij M_ij r_i'^T r_j'.
-double FlexibleBody::kinetic_energy(const BodyKinematics& k, const FlexibleEvaluation& e) const {
+double FlexibleBody::kinetic_energy(const FrameKinematics& k, const FlexibleEvaluation& e) const {
   const Vector3d momentum = k.R_WB * (k.w_WB_B.cross(e.S_z) + e.S_y);
   return 0.5 * (mass_ * k.v_WB.squaredNorm() + k.w_WB_B.dot(e.M.bottomRightCorner<3, 3>() * k.w_WB_B) +
                 e.zetadot.dot(modal_mass_.lazyProduct(e.zetadot))) +
          k.v_WB.dot(momentum) + k.w_WB_B.dot(ax(e.G_zy));
 }
 
-double FlexibleBody::potential_energy(const BodyKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const {
+double FlexibleBody::potential_energy(const FrameKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const {
   return 0.5 * e.zeta.dot(stiffness_.lazyProduct(e.zeta)) - g.dot(mass_ * k.p_WB + k.R_WB * e.S_z);
 }
 

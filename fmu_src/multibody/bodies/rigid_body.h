@@ -14,10 +14,10 @@ struct RigidBody {
   Matrix3d J;
 
   // M vdot + (0, w x J w).
-  Vector6d inertial_force(const BodyKinematics& k, const Vector6d& vdot) const;
+  Vector6d inertial_force(const FrameKinematics& k, const Vector6d& vdot) const;
   // d(w x J w)/dw = hat(w) J - hat(J w).
-  Matrix3d gyroscopic_damping(const BodyKinematics& k) const;
-  double kinetic_energy(const BodyKinematics& k) const;
+  Matrix3d gyroscopic_damping(const FrameKinematics& k) const;
+  double kinetic_energy(const FrameKinematics& k) const;
 };
 
 }  // namespace sigmafmu

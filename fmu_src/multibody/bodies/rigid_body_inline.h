@@ -15,18 +15,18 @@ inline Matrix3d inertia_matrix(const RigidBodyDef& d) {
   return J;
 }
 
-inline Vector6d RigidBody::inertial_force(const BodyKinematics& k, const Vector6d& vdot) const {
+inline Vector6d RigidBody::inertial_force(const FrameKinematics& k, const Vector6d& vdot) const {
   Vector6d r;
   r.head<3>() = mass * vdot.head<3>();
   r.tail<3>() = J * vdot.tail<3>() + k.w_WB_B.cross(J * k.w_WB_B);
   return r;
 }
 
-inline Matrix3d RigidBody::gyroscopic_damping(const BodyKinematics& k) const {
+inline Matrix3d RigidBody::gyroscopic_damping(const FrameKinematics& k) const {
   return lie::hat(k.w_WB_B) * J - lie::hat(J * k.w_WB_B);
 }
 
-inline double RigidBody::kinetic_energy(const BodyKinematics& k) const {
+inline double RigidBody::kinetic_energy(const FrameKinematics& k) const {
   return 0.5 * (mass * k.v_WB.squaredNorm() + k.w_WB_B.dot(J * k.w_WB_B));
 }
 

@@ -1,39 +1,66 @@
 #include "multibody/forces/spring_damper.h"
 
-#include "multibody/joints/primitives_inline.h"
+#include "multibody/constraints/primitives_inline.h"
 
 namespace sigmafmu {
 
-void SpringDamper::evaluate(const BodyKinematics& k1, const BodyKinematics& k2, SpringDamperEvaluation& e) const {
-  e.phi = points.gap(k1, k2);
-  points.gradient_1(k1, 0, e.B[0]);
-  points.gradient_2(k2, 0, e.B[1]);
-  e.phidot = k2.v_WB + e.B[1].rightCols<3>() * k2.w_WB_B - k1.v_WB + e.B[0].rightCols<3>() * k1.w_WB_B;
+SpringDamper::SpringDamper(const SpringDamperDef& d, int index)
+    : index_(index), points_{d.point1, d.point2}, stiffness_(d.stiffness), damping_(d.damping) {}
+
+void SpringDamper::set_values(const MultibodyDef& definition) {
+  stiffness_ = definition.spring_dampers[index_].stiffness;
+  damping_ = definition.spring_dampers[index_].damping;
 }
 
-Vector3d SpringDamper::force(const SpringDamperEvaluation& e) const {
-  return -stiffness.cwiseProduct(e.phi) - damping.cwiseProduct(e.phidot);
+void SpringDamper::gradient(const Kinematics& k, Rows3 (&B)[2]) const {
+  points_.gradient_1(k[0], 0, Rows(B[0].data(), 3, 6));
+  points_.gradient_2(k[1], 0, Rows(B[1].data(), 3, 6));
 }
 
-double SpringDamper::energy(const SpringDamperEvaluation& e) const {
-  return 0.5 * e.phi.dot(stiffness.cwiseProduct(e.phi));
+Vector3d SpringDamper::force(const Kinematics& k, const Rows3 (&B)[2]) const {
+  const Vector3d phi = points_.gap(k[0], k[1]);
+  const Vector3d phidot =
+      k[1].v_WB + B[1].rightCols<3>() * k[1].w_WB_B - k[0].v_WB + B[0].rightCols<3>() * k[0].w_WB_B;
+  return -stiffness_.cwiseProduct(phi) - damping_.cwiseProduct(phidot);
 }
 
-void SpringDamper::linearize(const BodyKinematics& k1, const BodyKinematics& k2, const Vector3d& total_force,
-                             SpringDamperEvaluation& e, const PairBlocks& K, const PairBlocks& C) const {
-  points.rate_1(k1, 0, e.Z[0]);
-  points.rate_2(k2, 0, e.Z[1]);
-  points.stiffness(k1, k2, -total_force, K);
+Vector3d SpringDamper::force(const Kinematics& k) const {
+  Rows3 B[2];
+  gradient(k, B);
+  return force(k, B);
+}
+
+double SpringDamper::energy(const Kinematics& k) const {
+  const Vector3d phi = points_.gap(k[0], k[1]);
+  return 0.5 * phi.dot(stiffness_.cwiseProduct(phi));
+}
+
+void SpringDamper::add(const Kinematics& k, const double* u, const FrameForces& r) const {
+  Rows3 B[2];
+  gradient(k, B);
+  const Vector3d f = force(k, B) + Vector3d(u[0], u[1], u[2]);
+  for (int i = 0; i < 2; ++i) {
+    if (r.has(i)) r[i].noalias() -= B[i].transpose() * f;
+  }
+}
+
+void SpringDamper::linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const {
+  Rows3 B[2], Z[2];
+  gradient(k, B);
+  points_.rate_1(k[0], 0, Rows(Z[0].data(), 3, 6));
+  points_.rate_2(k[1], 0, Rows(Z[1].data(), 3, 6));
+  const Vector3d f = force(k, B) + Vector3d(u[0], u[1], u[2]);
+  points_.stiffness(k[0], k[1], -f, K);
   for (int j = 0; j < 2; ++j) {
-    if (!K.block[j][j]) continue;  // the ground
-    const Eigen::Matrix<double, 3, 6> DB = damping.asDiagonal() * e.B[j];
-    const Eigen::Matrix<double, 3, 6> KB = stiffness.asDiagonal() * e.B[j];
-    const Eigen::Matrix<double, 3, 6> DZ = damping.asDiagonal() * e.Z[j];
+    if (!K.has(j, j)) continue;  // the ground
+    const Eigen::Matrix<double, 3, 6> DB = damping_.asDiagonal() * B[j];
+    const Eigen::Matrix<double, 3, 6> KB = stiffness_.asDiagonal() * B[j];
+    const Eigen::Matrix<double, 3, 6> DZ = damping_.asDiagonal() * Z[j];
     for (int i = 0; i < 2; ++i) {
-      if (!K.block[i][j]) continue;
-      const Eigen::Matrix<double, 6, 3> Bt = e.B[i].transpose();
-      K.block[i][j]->noalias() += Bt * (KB + DZ);
-      C.block[i][j]->noalias() += Bt * DB;
+      if (!K.has(i, j)) continue;
+      const Eigen::Matrix<double, 6, 3> Bt = B[i].transpose();
+      K(i, j).noalias() += Bt * (KB + DZ);
+      C(i, j).noalias() += Bt * DB;
     }
   }
 }

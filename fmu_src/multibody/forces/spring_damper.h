@@ -1,31 +1,40 @@
 // Spring-damper between two points: force on body 2 in W, f = -K Phi - D Phi' + f_actuator, the opposite on body 1,
-// with Phi = p_2 - p_1 (PointCoincidence) and diagonal K, D. Its share of r = M vdot + g + B^T lambda is -B^T f.
+// with Phi = p_2 - p_1 (PointCoincidence) and diagonal K, D. With Phi' = sum_i B_i v_i its share of the residual is
+// -B_i^T f, and
+//
+//   K_ij += B_i^T (K B_j + D Z_j) - d(B_i^T f)/d(motion of j) at constant f,   C_ij += B_i^T D B_j.
 #pragma once
 
-#include "model/definition.h"
-#include "multibody/joints/primitives.h"
+#include "multibody/constraints/primitives.h"
+#include "multibody/forces/force.h"
 
 namespace sigmafmu {
 
-struct SpringDamperEvaluation {
-  Vector3d phi, phidot;  // [m], [m/s]
-  JointRows B[2] = {JointRows::Zero(3, 6), JointRows::Zero(3, 6)};
-  JointRows Z[2] = {JointRows::Zero(3, 6), JointRows::Zero(3, 6)};
-};
+class SpringDamper final : public Force {
+ public:
+  SpringDamper(const SpringDamperDef& definition, int index);
 
-struct SpringDamper {
-  int body1, body2;
-  PointCoincidence points;
-  Vector3d stiffness, damping;  // diagonals of K [N/m] and D [N s/m]
+  int frame_count() const override { return 2; }
+  int input_count() const override { return 3; }  // f_actuator
+  void set_values(const MultibodyDef& definition) override;
+  void add(const Kinematics& k, const double* u, const FrameForces& r) const override;
+  void linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const override;
+  double energy(const Kinematics& k) const override;
 
-  void evaluate(const BodyKinematics& k1, const BodyKinematics& k2, SpringDamperEvaluation& e) const;
-  // Without the actuator [N].
-  Vector3d force(const SpringDamperEvaluation& e) const;
-  // [J]
-  double energy(const SpringDamperEvaluation& e) const;
-  // K_ij += B_i^T (K B_j + D Z_j) - d(B_i^T f)/d(motion) at constant f, C_ij += B_i^T D B_j.
-  void linearize(const BodyKinematics& k1, const BodyKinematics& k2, const Vector3d& total_force,
-                 SpringDamperEvaluation& e, const PairBlocks& K, const PairBlocks& C) const;
+  // Of spring and damper, without the actuator, on body 2 in W [N].
+  Vector3d force(const Kinematics& k) const;
+  // Where it acts on body 2, in W [m].
+  Vector3d position(const Kinematics& k) const { return k[1].p_WB + k[1].R_WB * points_.s2; }
+  const Vector3d& stiffness() const { return stiffness_; }
+
+ private:
+  using Rows3 = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
+  void gradient(const Kinematics& k, Rows3 (&B)[2]) const;
+  Vector3d force(const Kinematics& k, const Rows3 (&B)[2]) const;
+
+  int index_;  // in MultibodyDef::spring_dampers
+  PointCoincidence points_;
+  Vector3d stiffness_, damping_;  // diagonals of K [N/m] and D [N s/m]
 };
 
 }  // namespace sigmafmu

@@ -36,7 +36,7 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
   Evaluation e = system.make_evaluation();
   system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
   for (int j = 0; j < system.joint_count(); ++j) {
-    if (system.joint(j).axes_agree(system.attachment(e, j, 0), system.attachment(e, j, 1))) continue;
+    if (system.axes_agree(e, j)) continue;
     throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
                              definition.joints[j].name +
                              " point in opposite directions; turn the initial quaternions of its bodies.");
@@ -78,9 +78,6 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
 double present(const System& system, const Evaluation& e, const VectorXd& q, const VectorXd& v,
                const InitialValue& what) {
   const auto& [kind, i, c] = what;
-  const auto joint = [&](auto value) {
-    return (system.joint(i).*value)(system.attachment(e, i, 0), system.attachment(e, i, 1));
-  };
   switch (kind) {
     case Kind::position:
       return q[7 * i + c];
@@ -95,9 +92,9 @@ double present(const System& system, const Evaluation& e, const VectorXd& q, con
     case Kind::modal_rate:
       return v[system.modal_velocity(system.flexible_index(i)) + c];
     case Kind::joint_coordinate:
-      return joint(&Joint::coordinate);
+      return system.coordinate_value(e, system.coordinate_index(i) + c);
     default:
-      return joint(&Joint::coordinate_rate);
+      return system.coordinate_rate(e, system.coordinate_index(i) + c);
   }
 }
 
@@ -138,12 +135,12 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   projection.velocities(q0, q, v);
 }
 
-void count_turns(const MultibodyDef& definition, VectorXd& angle) {
+void count_turns(const MultibodyDef& definition, const System& system, VectorXd& turned) {
   constexpr double kTwoPi = 6.28318530717958647692;
   for (const auto& [what, start] : definition.held) {
     const JointDef* joint = what.kind == Kind::joint_coordinate ? &definition.joints[what.object] : nullptr;
     if (!joint || joint->type != JointType::revolute) continue;
-    double& x = angle[what.object];
+    double& x = turned[system.coordinate_index(what.object) + what.component];
     x += kTwoPi * std::round((joint->initial_coordinate - x) / kTwoPi);
   }
 }

@@ -14,8 +14,8 @@ namespace sigmafmu {
 // Throws std::runtime_error with one sentence when that cannot be: it names the joints and the values that were set.
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
 
-// Whole turns of revolute joints whose angle was set; `angle` has an entry per joint.
-void count_turns(const MultibodyDef& definition, VectorXd& angle);
+// Whole turns of angles that were set; `turned` has an entry per coordinate of a joint.
+void count_turns(const MultibodyDef& definition, const System& system, VectorXd& turned);
 
 // What gave way to the values that were set, before and after, as one sentence; empty if nothing did.
 std::string describe_moved_values(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,

@@ -6,6 +6,7 @@
 
 #include "lie/r3xso3.h"
 #include "model/dense.h"
+#include "multibody/dense_blocks.h"
 #include "solve/start/least_squares.h"
 #include "text/text.h"
 
@@ -20,11 +21,12 @@ constexpr double kTakesPart = 1e-5;  // smallest weight of an equation in a depe
 // Longest lever arm of the joints at each body [m].
 VectorXd lengths(const System& system, const Evaluation& e) {
   VectorXd length = VectorXd::Zero(system.body_count());
-  for (const auto& [joint, body, side] : system.pattern().incidences) {
-    const JointRows& B = e.joints[joint].B[side];
+  for (const auto& [constraint, unknown, offset] : system.pattern().incidences) {
+    if (!system.pattern().unknowns[unknown].pose) continue;
+    const ConstRows B(e.B.data() + offset, system.constraint(constraint).equations(), 6);
     for (Eigen::Index row = 0; row < B.rows(); ++row) {
       const double displacement = B.row(row).head<3>().norm();
-      if (displacement > 0) length[body] = std::max(length[body], B.row(row).tail<3>().norm() / displacement);
+      if (displacement > 0) length[unknown] = std::max(length[unknown], B.row(row).tail<3>().norm() / displacement);
     }
   }
   return length;
@@ -62,27 +64,14 @@ void equilibrate(int bodies, ScaledEquations& equations) {
 ScaledEquations scaled_equations(const System& system, const VectorXd& q, Evaluation& e) {
   system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
   ScaledEquations s;
-  s.B.setZero(system.constraint_size(), system.velocity_size());
   s.column.setOnes(system.velocity_size());
   s.row.setOnes(system.constraint_size());
-  s.phi.setZero(system.constraint_size());
   const double largest = lengths(system, e).maxCoeff();
   s.length = largest > 0 ? largest : 1.0;
   for (int i = 0; i < system.body_count(); ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
-  for (const auto& [joint, body, side] : system.pattern().incidences) {
-    const JointRows& B = e.joints[joint].B[side];
-    s.B.block(system.lambda_index(joint), 6 * body, B.rows(), 6) = B;
-  }
-  for (std::size_t k = 0; k < e.modal_joints.size(); ++k) {
-    const auto& [joint, flexible, side] = system.pattern().modal_incidences[k];
-    const MatrixXd& B = e.modal_joints[k].B;
-    s.B.block(system.lambda_index(joint), system.modal_velocity(flexible), B.rows(), B.cols()) = B;
-  }
-  s.B *= s.column.asDiagonal();
+  s.B = dense_rows(system, e.B) * s.column.asDiagonal();
   if (s.B.allFinite()) equilibrate(system.body_count(), s);
-  for (int j = 0; j < system.joint_count(); ++j) {
-    s.phi.segment(system.lambda_index(j), system.joint(j).equations()) = e.joints[j].phi;
-  }
+  s.phi = e.phi;
   return s;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lie/r3xso3.h"
+#include "multibody/dense_blocks.h"
 #include "solve/start/least_squares.h"
 
 namespace sigmafmu {
@@ -101,11 +102,11 @@ void HeldProjection::impose(VectorXd& v) const {
 }
 
 double HeldProjection::coordinate(int j) const {
-  return system_.joint(j).coordinate(system_.attachment(e_, j, 0), system_.attachment(e_, j, 1));
+  return system_.coordinate_value(e_, system_.coordinate_index(j));
 }
 
 double HeldProjection::coordinate_rate(int j) const {
-  return system_.joint(j).coordinate_rate(system_.attachment(e_, j, 0), system_.attachment(e_, j, 1));
+  return system_.coordinate_rate(e_, system_.coordinate_index(j));
 }
 
 // What the joints' equations and the coordinates, the part s of their ways, miss at q.
@@ -113,9 +114,7 @@ VectorXd HeldProjection::gaps(const VectorXd& q, const Coordinates& coordinates,
   system_.evaluate(q, VectorXd::Zero(system_.velocity_size()), e_);
   int row = system_.constraint_size();
   VectorXd result(row + static_cast<Eigen::Index>(coordinates.size()));
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    result.segment(system_.lambda_index(j), system_.joint(j).equations()) = e_.joints[j].phi;
-  }
+  result.head(row) = e_.phi;
   for (const auto& [joint, from, to] : coordinates) {
     const double gap = coordinate(joint) - (s < 1 ? from + s * (to - from) : to);
     result[row++] = definition_.joints[joint].type == JointType::revolute ? std::remainder(gap, kTwoPi) : gap;
@@ -127,9 +126,7 @@ VectorXd HeldProjection::gaps_of_rates(const VectorXd& q, const VectorXd& v, con
   system_.evaluate(q, v, e_);
   int row = system_.constraint_size();
   VectorXd result(row + static_cast<Eigen::Index>(rates.size()));
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    result.segment(system_.lambda_index(j), system_.joint(j).equations()) = e_.joints[j].phidot;
-  }
+  result.head(row) = e_.phidot;
   for (const auto& [joint, from, to] : rates) result[row++] = coordinate_rate(joint) - to;
   return result;
 }
@@ -145,22 +142,7 @@ void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates
     A_.col(k) = gaps_of_rates(q, v, rates);
     v[k] = 0;
   }
-  find_mass();
-}
-
-void HeldProjection::find_mass() {
-  M_.setZero(system_.velocity_size(), system_.velocity_size());
-  for (int i = 0; i < system_.body_count(); ++i) {
-    M_.block<3, 3>(6 * i, 6 * i).diagonal().setConstant(system_.body(i).mass);
-    M_.block<3, 3>(6 * i + 3, 6 * i + 3) = system_.body(i).J;
-  }
-  for (int f = 0; f < system_.flexible_count(); ++f) {
-    const int i = 6 * system_.flexible_body(f), k = system_.modal_velocity(f), modes = system_.flexible(f).modes();
-    M_.block<6, 6>(i, i) += e_.flexible[f].M;
-    M_.block(i, k, 6, modes) = e_.modal_M[3 * f];
-    M_.block(k, i, modes, 6) = e_.modal_M[3 * f + 1];
-    M_.block(k, k, modes, modes) = e_.modal_M[3 * f + 2];
-  }
+  M_ = dense_pairs(system_, e_.M);
 }
 
 // The motion x of what is free with A x = -gaps, as nearly as it can be: the least of the modes, then of the
@@ -332,7 +314,7 @@ bool HeldProjection::follow(const VectorXd& q0, const Coordinates& coordinates, 
 
 bool HeldProjection::axes_agree() const {
   for (int j = 0; j < system_.joint_count(); ++j) {
-    if (!system_.joint(j).axes_agree(system_.attachment(e_, j, 0), system_.attachment(e_, j, 1))) return false;
+    if (!system_.axes_agree(e_, j)) return false;
   }
   return true;
 }

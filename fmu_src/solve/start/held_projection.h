@@ -53,7 +53,6 @@ class HeldProjection {
   double coordinate(int joint) const;
   double coordinate_rate(int joint) const;
   void linearize(const VectorXd& q, const Coordinates& coordinates);
-  void find_mass();
   VectorXd lengths_of_units(const Coordinates& coordinates) const;
   VectorXd least_motion(const VectorXd& gaps) const;
   VectorXd moved(const VectorXd& q, const VectorXd& x) const;

@@ -16,15 +16,15 @@ struct PointCoincidence {
   Vector3d s1, s2;
 
   // [m]
-  Vector3d gap(const BodyKinematics& b1, const BodyKinematics& b2) const;
+  Vector3d gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // B_2 = [I, -R_2 hat(s_2)], B_1 = [-I, R_1 hat(s_1)].
-  void gradient_1(const BodyKinematics& b1, int row, JointRows& B1) const;
-  void gradient_2(const BodyKinematics& b2, int row, JointRows& B2) const;
+  void gradient_1(const FrameKinematics& b1, int row, Rows B1) const;
+  void gradient_2(const FrameKinematics& b2, int row, Rows B2) const;
   // Z_2 = [0, -R_2 hat(w_2 x s_2)], Z_1 = [0, R_1 hat(w_1 x s_1)].
-  void rate_1(const BodyKinematics& b1, int row, JointRows& Z1) const;
-  void rate_2(const BodyKinematics& b2, int row, JointRows& Z2) const;
+  void rate_1(const FrameKinematics& b1, int row, Rows Z1) const;
+  void rate_2(const FrameKinematics& b2, int row, Rows Z2) const;
   // K_22 = [0 0; 0 hat(s_2) hat(R_2^T lambda)], K_11 the same with the opposite sign; lambda in W.
-  void stiffness(const BodyKinematics& b1, const BodyKinematics& b2, const Vector3d& lambda, const PairBlocks& K) const;
+  void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& lambda, const FramePairs& K) const;
 };
 
 // Phi = n . (x_2 + R_2 s_2 - x_1 - R_1 s_1), n = R_1 n_1: distance along an axis of body 1 (1 row).
@@ -32,13 +32,13 @@ struct AxialDistance {
   Vector3d n1, s1, s2;
 
   // u = R_1^T (x_2 + R_2 s_2 - x_1): point 2 seen from body 1.
-  Vector3d seen_from_1(const BodyKinematics& b1, const BodyKinematics& b2) const;
+  Vector3d seen_from_1(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // [m]
-  double gap(const BodyKinematics& b1, const BodyKinematics& b2) const;
+  double gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // B_2 = [n^T, (s_2 x R_2^T n)^T], B_1 = [-n^T, (n_1 x u)^T].
-  void gradient(const BodyKinematics& b1, const BodyKinematics& b2, int row, JointRows& B1, JointRows& B2) const;
-  void rate(const BodyKinematics& b1, const BodyKinematics& b2, int row, JointRows& Z1, JointRows& Z2) const;
-  void stiffness(const BodyKinematics& b1, const BodyKinematics& b2, double lambda, const PairBlocks& K) const;
+  void gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1, Rows B2) const;
+  void rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const;
+  void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda, const FramePairs& K) const;
 };
 
 // Phi = a . b, a = R_1 a_1, b = R_2 b_2: two axes stay perpendicular (1 row, rotations only).
@@ -46,14 +46,14 @@ struct PerpendicularAxes {
   Vector3d a1, b2;
 
   // b in body 1, a in body 2.
-  Vector3d b_in_1(const BodyKinematics& k1, const BodyKinematics& k2) const;
-  Vector3d a_in_2(const BodyKinematics& k1, const BodyKinematics& k2) const;
-  double gap(const BodyKinematics& k1, const BodyKinematics& k2) const;
+  Vector3d b_in_1(const FrameKinematics& k1, const FrameKinematics& k2) const;
+  Vector3d a_in_2(const FrameKinematics& k1, const FrameKinematics& k2) const;
+  double gap(const FrameKinematics& k1, const FrameKinematics& k2) const;
   // B_1 = [0, (a_1 x b)^T] in body 1, B_2 = [0, (b_2 x a)^T] in body 2.
-  void gradient(const BodyKinematics& k1, const BodyKinematics& k2, int row, JointRows& B1, JointRows& B2) const;
-  void rate(const BodyKinematics& k1, const BodyKinematics& k2, int row, JointRows& Z1, JointRows& Z2) const;
+  void gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1, Rows B2) const;
+  void rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1, Rows Z2) const;
   // K_11 = hat(a_1) hat(b), K_22 = hat(b_2) hat(a), K_12 = -hat(a_1) R12 hat(b_2) = K_21^T, times lambda.
-  void stiffness(const BodyKinematics& k1, const BodyKinematics& k2, double lambda, const PairBlocks& K) const;
+  void stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda, const FramePairs& K) const;
 };
 
 }  // namespace sigmafmu

@@ -1,16 +1,17 @@
-// A frame N that moves with a node of a flexible body B, so that joints and spring-dampers written for rigid frames
-// hold there as well. With the modes' shapes Phi and turns Psi at the node, s = X + Phi zeta and theta = Psi zeta:
+// What elements attach to: a body's own frame, the ground, or a frame N that moves with a node of a flexible body B, so
+// that elements written for rigid frames hold there as well. With the modes' shapes Phi and turns Psi at the node, s = X + Phi zeta and theta = Psi zeta:
 //
 //   p_WN = p_WB + R s,              R_WN = R A,   A = exp(hat(theta))
 //   v_WN = v_WB + R (w x s + s'),   w_N = A^T w + T(theta) theta'
 //
-//   J = d(v_N)/d(v) = [ I  -R hat(s)   R Phi        ]      L = d(v_N)/d(motion) = [ 0  -R hat(w x s + s')  R hat(w) Phi
-//   ]
-//                     [ 0   A^T        T(theta) Psi ]                             [ 0   0                  Lambda Psi ]
+//   J = d(v_N)/d(v)      = [ I  -R hat(s)           R Phi        ]
+//                          [ 0   A^T                T(theta) Psi ]
+//   L = d(v_N)/d(motion) = [ 0  -R hat(w x s + s')  R hat(w) Phi ]
+//                          [ 0   0                  Lambda Psi   ]
 //
 // Lambda = hat(A^T w) T(theta) + d(T(theta) theta')/dtheta. Motions transform like velocities, forces f_N = (f in W,
 // tau in N) the other way: f = J^T f_N. For an element with residual f_N, its derivatives K_N and C_N, its gradient B_N
-// and its rate Z_N between such frames, this gives
+// and its rate Z_N between such frames, the pull-back onto the pose and the modes of the body is
 //
 //   B = B_N J,   Z = Z_N J + B_N L,   C_ij = J_i^T C_N,ij J_j,   K_ij = J_i^T (K_N,ij J_j + C_N,ij L_j) + Q_ij,
 //
@@ -36,10 +37,10 @@ NodeFrameEvaluation make_node_frame_evaluation(int modes);
 
 // k_N is the kinematic state of N, k that of the body.
 void evaluate_node_frame(const FlexibleBody& body, const FlexibleEvaluation& flexible, int node,
-                         const BodyKinematics& k, BodyKinematics& k_N, NodeFrameEvaluation& e);
+                         const FrameKinematics& k, FrameKinematics& k_N, NodeFrameEvaluation& e);
 
 // K += Q.
 void add_node_stiffness(const FlexibleBody& body, int node, const NodeFrameEvaluation& e, const Vector6d& f_N,
-                        const FlexibleBody::Blocks& K);
+                        FlexibleBody::Blocks K);
 
 }  // namespace sigmafmu

@@ -1,4 +1,4 @@
-#include "multibody/bodies/node_frame.h"
+#include "multibody/frame.h"
 
 #include "lie/so3.h"
 
@@ -12,7 +12,7 @@ NodeFrameEvaluation make_node_frame_evaluation(int modes) {
 }
 
 void evaluate_node_frame(const FlexibleBody& body, const FlexibleEvaluation& flexible, int node,
-                         const BodyKinematics& k, BodyKinematics& k_N, NodeFrameEvaluation& e) {
+                         const FrameKinematics& k, FrameKinematics& k_N, NodeFrameEvaluation& e) {
   const int f = body.modes();
   const auto Phi = body.shape(node), Psi = body.rotation(node);
   e.R = k.R_WB;
@@ -44,7 +44,7 @@ void evaluate_node_frame(const FlexibleBody& body, const FlexibleEvaluation& fle
 
 // With f_B = R^T f: J^T f_N = (f, s x f_B + A tau, Phi^T f_B + Psi^T T(theta)^T tau), T(theta)^T = T(-theta).
 void add_node_stiffness(const FlexibleBody& body, int node, const NodeFrameEvaluation& e, const Vector6d& f_N,
-                        const FlexibleBody::Blocks& K) {
+                        FlexibleBody::Blocks K) {
   const int f = body.modes();
   const auto Phi = body.shape(node), Psi = body.rotation(node);
   const Vector3d tau = f_N.tail<3>();

@@ -1,0 +1,130 @@
+#include "multibody/constraints/joint.h"
+
+#include "multibody/constraints/primitives_inline.h"
+
+namespace sigmafmu {
+namespace {
+
+enum Axis { x, y, z };
+
+// What each type of joint is made of: origins coincide or not, axes of frame 1 along which the origins have no
+// distance, and pairs (axis of frame 1, axis of frame 2) that stay perpendicular; and what is free then.
+struct Composition {
+  bool coincidence;
+  std::vector<Axis> distances;
+  std::vector<std::pair<Axis, Axis>> perpendiculars;
+  std::vector<JointCoordinate::Kind> coordinates;
+};
+
+Composition composition(JointType type) {
+  const std::vector<std::pair<Axis, Axis>> parallel = {{x, y}, {y, z}, {z, x}};
+  using Kind = JointCoordinate::Kind;
+  switch (type) {
+    case JointType::spherical:
+      return {true, {}, {}, {}};
+    case JointType::revolute:
+      return {true, {}, {{x, z}, {y, z}}, {Kind::angle}};
+    case JointType::universal:
+      return {true, {}, {{y, x}}, {}};
+    case JointType::prismatic:
+      return {false, {x, y}, parallel, {Kind::displacement}};
+    case JointType::fixed:
+      return {true, {}, parallel, {}};
+  }
+  return {};
+}
+
+}  // namespace
+
+Joint::Joint(const JointDef& d)
+    : type_(d.type),
+      on_ground_(d.body1 == kGround),
+      origins_{d.frame1.origin, d.frame2.origin},
+      frame1_(d.frame1),
+      frame2_(d.frame2) {
+  const Composition parts = composition(d.type);
+  has_coincidence_ = parts.coincidence;
+  for (Axis i : parts.distances) {
+    distances_.push_back({d.frame1.axes.col(i), d.frame1.origin, d.frame2.origin});
+  }
+  for (auto [i, j] : parts.perpendiculars) {
+    perpendiculars_.push_back({d.frame1.axes.col(i), d.frame2.axes.col(j)});
+  }
+  for (JointCoordinate::Kind kind : parts.coordinates) coordinates_.emplace_back(kind, d.frame1, d.frame2);
+  length_equations_ = (has_coincidence_ ? 3 : 0) + static_cast<int>(distances_.size());
+  equations_ = length_equations_ + static_cast<int>(perpendiculars_.size());
+  couples_frames_ = !perpendiculars_.empty() || !distances_.empty();
+}
+
+void Joint::evaluate(double, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const {
+  const FrameKinematics &k1 = k[0], &k2 = k[1];
+  int row = 0;
+  if (has_coincidence_) {
+    Eigen::Map<Vector3d>{phi} = origins_.gap(k1, k2);
+    // On the ground's side it is a constant that nothing reads.
+    if (!on_ground_) origins_.gradient_1(k1, row, B[0]);
+    origins_.gradient_2(k2, row, B[1]);
+    row += 3;
+  }
+  for (const auto& d : distances_) {
+    phi[row] = d.gap(k1, k2);
+    d.gradient(k1, k2, row++, B[0], B[1]);
+  }
+  for (const auto& p : perpendiculars_) {
+    phi[row] = p.gap(k1, k2);
+    p.gradient(k1, k2, row++, B[0], B[1]);
+  }
+  const double* row1 = B[0].data();
+  const double* row2 = B[1].data();
+  for (int i = 0; i < equations_; ++i, row1 += kVelocitiesPerBody, row2 += kVelocitiesPerBody) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+      sum += row1[c] * k1.v_WB[c] + row1[3 + c] * k1.w_WB_B[c] + row2[c] * k2.v_WB[c] + row2[3 + c] * k2.w_WB_B[c];
+    }
+    phidot[i] = sum;
+  }
+}
+
+void Joint::rates(double, const Kinematics& k, const FrameRows& Z, double*) const {
+  const FrameKinematics &k1 = k[0], &k2 = k[1];
+  int row = 0;
+  if (has_coincidence_) {
+    if (!on_ground_) origins_.rate_1(k1, row, Z[0]);
+    origins_.rate_2(k2, row, Z[1]);
+    row += 3;
+  }
+  for (const auto& d : distances_) d.rate(k1, k2, row++, Z[0], Z[1]);
+  for (const auto& p : perpendiculars_) p.rate(k1, k2, row++, Z[0], Z[1]);
+}
+
+void Joint::stiffness(double, const Kinematics& k, const double* lambda, const FramePairs& K) const {
+  const FrameKinematics &k1 = k[0], &k2 = k[1];
+  if (has_coincidence_) {
+    origins_.stiffness(k1, k2, Vector3d(lambda[0], lambda[1], lambda[2]), K);
+    lambda += 3;
+  }
+  for (const auto& d : distances_) d.stiffness(k1, k2, *lambda++, K);
+  for (const auto& p : perpendiculars_) p.stiffness(k1, k2, *lambda++, K);
+}
+
+bool Joint::axes_agree(const Kinematics& k) const {
+  const Matrix3d R12 = (k[0].R_WB * frame1_.axes).transpose() * (k[1].R_WB * frame2_.axes);
+  switch (type_) {
+    case JointType::revolute:
+      return R12(z, z) > 0;
+    case JointType::prismatic:
+    case JointType::fixed:
+      return R12.diagonal().minCoeff() > 0;
+    default:
+      return true;
+  }
+}
+
+Joint::Reaction Joint::reaction(const FrameKinematics& k2, const ConstRows& B2, const double* lambda) const {
+  const Eigen::Map<const Eigen::VectorXd> multipliers(lambda, equations_);
+  const Vector3d force = -B2.leftCols<3>().transpose().lazyProduct(multipliers);
+  const Vector3d moment = -(k2.R_WB * B2.rightCols<3>().transpose().lazyProduct(multipliers));  // about the frame's origin, in W
+  return {force, moment - (k2.R_WB * frame2_.origin).cross(force)};
+}
+
+}  // namespace sigmafmu

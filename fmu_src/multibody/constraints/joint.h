@@ -1,0 +1,44 @@
+// A joint between two frames: a list of primitive equations, and the coordinates that they leave free.
+#pragma once
+
+#include <vector>
+
+#include "multibody/constraints/constraint.h"
+#include "multibody/constraints/primitives.h"
+#include "multibody/joint_coordinate.h"
+
+namespace sigmafmu {
+
+class Joint final : public Constraint {
+ public:
+  explicit Joint(const JointDef& definition);
+
+  JointType type() const { return type_; }
+  const std::vector<JointCoordinate>& coordinates() const { return coordinates_; }
+
+  int frame_count() const override { return 2; }
+  void evaluate(double t, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const override;
+  void rates(double t, const Kinematics& k, const FrameRows& Z, double* W) const override;
+  void stiffness(double t, const Kinematics& k, const double* lambda, const FramePairs& K) const override;
+
+  // The equations of parallel axes hold for opposite directions as well; false for those.
+  bool axes_agree(const Kinematics& k) const;
+
+  // Force [N] and torque [N m] about the joint's origin on body 2 that the constraint exerts, in W.
+  struct Reaction {
+    Vector3d force, torque;
+  };
+  Reaction reaction(const FrameKinematics& k2, const ConstRows& B2, const double* lambda) const;
+
+ private:
+  JointType type_;
+  bool has_coincidence_ = false;
+  bool on_ground_;  // frame 1
+  PointCoincidence origins_;
+  std::vector<AxialDistance> distances_;
+  std::vector<PerpendicularAxes> perpendiculars_;
+  Frame frame1_, frame2_;
+  std::vector<JointCoordinate> coordinates_;
+};
+
+}  // namespace sigmafmu

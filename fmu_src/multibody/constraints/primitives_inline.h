@@ -1,0 +1,142 @@
+// Definitions of primitives.h, for the files that call them: apart, for the sake of all those that only hold a joint.
+#pragma once
+
+#include "lie/isotropic_operator.h"
+#include "multibody/constraints/primitives.h"
+
+namespace sigmafmu {
+
+inline Vector3d PointCoincidence::gap(const FrameKinematics& b1, const FrameKinematics& b2) const {
+  return b2.p_WB + b2.R_WB * s2 - b1.p_WB - b1.R_WB * s1;
+}
+
+inline void PointCoincidence::gradient_1(const FrameKinematics& b1, int row, Rows B1) const {
+  B1.block<3, 3>(row, 0) = -Matrix3d::Identity();
+  B1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(s1);
+}
+
+inline void PointCoincidence::gradient_2(const FrameKinematics& b2, int row, Rows B2) const {
+  B2.block<3, 3>(row, 0) = Matrix3d::Identity();
+  B2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(-s2);
+}
+
+inline void PointCoincidence::rate_1(const FrameKinematics& b1, int row, Rows Z1) const {
+  Z1.block<3, 3>(row, 0).setZero();
+  Z1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(b1.w_WB_B.cross(s1));
+}
+
+inline void PointCoincidence::rate_2(const FrameKinematics& b2, int row, Rows Z2) const {
+  Z2.block<3, 3>(row, 0).setZero();
+  Z2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(s2.cross(b2.w_WB_B));
+}
+
+inline void PointCoincidence::stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& lambda,
+                                        const FramePairs& K) const {
+  if (K.has(0, 0)) {
+    K(0, 0).bottomRightCorner<3, 3>().noalias() -= lie::hat(s1) * lie::hat(b1.R_WB.transpose() * lambda);
+  }
+  if (K.has(1, 1)) {
+    K(1, 1).bottomRightCorner<3, 3>().noalias() += lie::hat(s2) * lie::hat(b2.R_WB.transpose() * lambda);
+  }
+}
+
+inline Vector3d AxialDistance::seen_from_1(const FrameKinematics& b1, const FrameKinematics& b2) const {
+  return b1.R_WB.transpose() * (b2.p_WB + b2.R_WB * s2 - b1.p_WB);
+}
+
+inline double AxialDistance::gap(const FrameKinematics& b1, const FrameKinematics& b2) const {
+  return n1.dot(seen_from_1(b1, b2) - s1);
+}
+
+inline void AxialDistance::gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1,
+                                    Rows B2) const {
+  const Vector3d n = b1.R_WB * n1;
+  B1.block<1, 3>(row, 0) = -n.transpose();
+  B1.block<1, 3>(row, 3) = n1.cross(seen_from_1(b1, b2)).transpose();
+  B2.block<1, 3>(row, 0) = n.transpose();
+  B2.block<1, 3>(row, 3) = s2.cross(b2.R_WB.transpose() * n).transpose();
+}
+
+inline void AxialDistance::rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1,
+                                Rows Z2) const {
+  const Vector3d n = b1.R_WB * n1;
+  const Vector3d ndot_1 = b1.w_WB_B.cross(n1);
+  const Vector3d ndot = b1.R_WB * ndot_1;
+  const Vector3d sdot_2 = b2.w_WB_B.cross(s2);
+  const Vector3d relative_1 = b1.R_WB.transpose() * (b2.v_WB - b1.v_WB + b2.R_WB * sdot_2);
+  Z1.block<1, 3>(row, 0) = -ndot.transpose();
+  Z1.block<1, 3>(row, 3) = (ndot_1.cross(seen_from_1(b1, b2)) - relative_1.cross(n1)).transpose();
+  Z2.block<1, 3>(row, 0) = ndot.transpose();
+  Z2.block<1, 3>(row, 3) = (sdot_2.cross(b2.R_WB.transpose() * n) - (b2.R_WB.transpose() * ndot).cross(s2)).transpose();
+}
+
+inline void AxialDistance::stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda,
+                                     const FramePairs& K) const {
+  const Matrix3d turn = lambda * (b1.R_WB * lie::hat(n1));  // -d(lambda n)/d phi_1
+  if (K.has(0, 0)) {
+    K(0, 0).topRightCorner<3, 3>() += turn;
+    K(0, 0).bottomLeftCorner<3, 3>() += turn.transpose();
+    K(0, 0).bottomRightCorner<3, 3>() += lambda * (lie::hat(n1) * lie::hat(seen_from_1(b1, b2)));
+  }
+  if (K.has(1, 1)) {
+    K(1, 1).bottomRightCorner<3, 3>() +=
+        lambda * (lie::hat(s2) * lie::hat(b2.R_WB.transpose() * (b1.R_WB * n1)));
+  }
+  if (K.has(0, 1)) {
+    const Matrix3d cross = lie::hat(s2) * (b2.R_WB.transpose() * turn);  // -K_21 rotation block
+    K(1, 0).topRightCorner<3, 3>() -= turn;
+    K(1, 0).bottomRightCorner<3, 3>() -= cross;
+    K(0, 1).bottomLeftCorner<3, 3>() -= turn.transpose();
+    K(0, 1).bottomRightCorner<3, 3>() -= cross.transpose();
+  }
+}
+
+inline Vector3d PerpendicularAxes::b_in_1(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  return k1.R_WB.transpose() * (k2.R_WB * b2);
+}
+
+inline Vector3d PerpendicularAxes::a_in_2(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  return k2.R_WB.transpose() * (k1.R_WB * a1);
+}
+
+inline double PerpendicularAxes::gap(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  return a1.dot(b_in_1(k1, k2));
+}
+
+inline void PerpendicularAxes::gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1,
+                                        Rows B2) const {
+  B1.block<1, 3>(row, 0).setZero();
+  B1.block<1, 3>(row, 3) = a1.cross(b_in_1(k1, k2)).transpose();
+  B2.block<1, 3>(row, 0).setZero();
+  B2.block<1, 3>(row, 3) = b2.cross(a_in_2(k1, k2)).transpose();
+}
+
+inline void PerpendicularAxes::rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1,
+                                    Rows Z2) const {
+  const Vector3d adot = k1.w_WB_B.cross(a1);  // in body 1
+  const Vector3d bdot = k2.w_WB_B.cross(b2);  // in body 2
+  Z1.block<1, 3>(row, 0).setZero();
+  Z1.block<1, 3>(row, 3) =
+      (adot.cross(b_in_1(k1, k2)) - (k1.R_WB.transpose() * (k2.R_WB * bdot)).cross(a1)).transpose();
+  Z2.block<1, 3>(row, 0).setZero();
+  Z2.block<1, 3>(row, 3) =
+      (bdot.cross(a_in_2(k1, k2)) - (k2.R_WB.transpose() * (k1.R_WB * adot)).cross(b2)).transpose();
+}
+
+inline void PerpendicularAxes::stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda,
+                                         const FramePairs& K) const {
+  if (K.has(0, 0)) {
+    K(0, 0).bottomRightCorner<3, 3>() += lambda * (lie::hat(a1) * lie::hat(b_in_1(k1, k2)));
+  }
+  if (K.has(1, 1)) {
+    K(1, 1).bottomRightCorner<3, 3>() += lambda * (lie::hat(b2) * lie::hat(a_in_2(k1, k2)));
+  }
+  if (K.has(0, 1)) {
+    const Matrix3d R12 = k1.R_WB.transpose() * k2.R_WB;
+    const Matrix3d cross = lambda * (lie::hat(a1) * (R12 * lie::hat(b2)));
+    K(0, 1).bottomRightCorner<3, 3>() -= cross;
+    K(1, 0).bottomRightCorner<3, 3>() -= cross.transpose();
+  }
+}
+
+}  // namespace sigmafmu

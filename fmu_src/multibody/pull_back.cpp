@@ -1,0 +1,89 @@
+// Rows, forces and blocks between frames at nodes, pulled back onto the poses and modes of flexible bodies (frame.h).
+#include "multibody/system.h"
+
+namespace sigmafmu {
+
+FramePairs System::pairs(const Attachment& at, VectorXd& blocks, VectorXd& of_frames) {
+  return {at.at_node ? of_frames.data() : blocks.data(), at.pair.data(), at.count()};
+}
+
+FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) const {
+  const int modes = flexible_[flexible].body.modes(), first = body_count_ + 3 * flexible;
+  const auto at = [&](int p) { return blocks.data() + pattern_.pairs[p].offset; };
+  return {PairBlock<6, 6>(at(flexible_[flexible].index)), {at(first), 6, modes}, {at(first + 1), modes, 6},
+          {at(first + 2), modes, modes}};
+}
+
+// B = B_N J.
+void System::pull_back_rows(Evaluation& e) const {
+  for (const auto& [frame, m, rows, pose, modes] : pulled_rows_) {
+    const Matrix6Xd& J = node_frame(e, frame).J;
+    const ConstRows B_N(e.B.data() + rows, m, 6);
+    Rows(e.B.data() + pose, m, 6).noalias() = B_N.lazyProduct(J.leftCols<6>());
+    modal_rows(e.B, m, modes, J.cols() - 6).noalias() = B_N.lazyProduct(J.rightCols(J.cols() - 6));
+  }
+}
+
+// Z = Z_N J + B_N L.
+void System::pull_back_rates(Evaluation& e) const {
+  for (const auto& [frame, m, rows, pose, modes] : pulled_rows_) {
+    const auto& [J, L, s, theta, R, A] = node_frame(e, frame);
+    const ConstRows B_N(e.B.data() + rows, m, 6), Z_N(e.Z.data() + rows, m, 6);
+    const Eigen::Index f = J.cols() - 6;
+    Rows(e.Z.data() + pose, m, 6) = Z_N.lazyProduct(J.leftCols<6>()) + B_N.lazyProduct(L.leftCols<6>());
+    auto Z = modal_rows(e.Z, m, modes, f);
+    Z.noalias() = Z_N.lazyProduct(J.rightCols(f));
+    Z.noalias() += B_N.lazyProduct(L.rightCols(f));
+  }
+}
+
+// r += J^T f_N.
+void System::pull_back_forces(const Attachment& at, const Evaluation& e, VectorXd& r) const {
+  for (const auto& [i, unknown, first] : at.parts) {
+    const Matrix6Xd& J = node_frame(e, at.frames[i]).J;
+    const auto f_N = e.frame_forces.segment<6>(6 * i);
+    const auto& [body, pose, position, velocity, size] = pattern_.unknowns[unknown];
+    r.segment(velocity, size).noalias() += J.middleCols(first, size).transpose().lazyProduct(f_N);
+  }
+}
+
+// C_ij += J_i^T C_N,ij J_j,  K_ij += J_i^T (K_N,ij J_j + C_N,ij L_j) + Q_ij.
+void System::pull_back_pairs(const Attachment& at, Evaluation& e) const {
+  const int n = at.count(), parts = static_cast<int>(at.parts.size());
+  const auto add = [&](VectorXd& blocks, int i, int j) {
+    const Matrix6Xd& J = node_frame(e, at.frames[i]).J;
+    for (int p = 0; p < parts; ++p) {
+      if (at.parts[p].frame != i) continue;
+      for (int c = 0; c < parts; ++c) {
+        if (at.parts[c].frame != j) continue;
+        const int rows = pattern_.unknowns[at.parts[p].unknown].size;
+        const int columns = pattern_.unknowns[at.parts[c].unknown].size;
+        Eigen::Map<MatrixXd>(blocks.data() + at.part_pair[p * parts + c], rows, columns).noalias() +=
+            J.middleCols(at.parts[p].first, rows)
+                .transpose()
+                .lazyProduct(e.work.middleCols(at.parts[c].first, columns));
+      }
+    }
+  };
+  for (int i = 0; i < n; ++i) {
+    if (at.force[i] < 0) continue;
+    for (int j = 0; j < n; ++j) {
+      const int block = at.pair[i * n + j];
+      if (block < 0) continue;
+      const NodeFrameEvaluation& frame = node_frame(e, at.frames[j]);
+      const Eigen::Map<const Matrix6d> C_N(e.frame_C.data() + block), K_N(e.frame_K.data() + block);
+      auto work = e.work.leftCols(frame.J.cols());
+      work.noalias() = C_N.lazyProduct(frame.J);
+      add(e.C, i, j);
+      work.noalias() = K_N.lazyProduct(frame.J);
+      work.noalias() += C_N.lazyProduct(frame.L);
+      add(e.K, i, j);
+    }
+    if (at.frames[i] <= body_count_) continue;
+    const auto& [body, f, node] = node_frames_[at.frames[i] - body_count_];
+    add_node_stiffness(flexible(f), node, node_frame(e, at.frames[i]), e.frame_forces.segment<6>(6 * i),
+                       flexible_blocks(e.K, f));
+  }
+}
+
+}  // namespace sigmafmu

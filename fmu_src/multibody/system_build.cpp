@@ -1,0 +1,207 @@
+// What a System is built from: unknowns, frames, elements, and where all their blocks are.
+#include <algorithm>
+#include <map>
+
+#include "multibody/bodies/rigid_body_inline.h"
+#include "multibody/forces/load.h"
+#include "multibody/forces/motor.h"
+#include "multibody/system.h"
+
+namespace sigmafmu {
+
+class System::Builder {
+ public:
+  Builder(System& system, const MultibodyDef& definition) : s_(system), definition_(definition) {}
+
+  void build() {
+    bodies();
+    s_.input_size_ = kVelocitiesPerBody * s_.body_count_;
+    s_.node_frames_.push_back({kGround, -1, -1});
+    for (const JointDef& joint : definition_.joints) this->joint(joint);
+    for (std::size_t l = 0; l < definition_.loads.size(); ++l) {
+      force(std::make_unique<Load>(static_cast<int>(l)), {frame(definition_.loads[l].body, kFloatingFrame)});
+    }
+    for (std::size_t c = 0; c < s_.coordinates_.size(); ++c) {
+      AttachedCoordinate& coordinate = s_.coordinates_[c];
+      coordinate.motor = force(std::make_unique<Motor>(coordinate.coordinate), coordinate.at.frames);
+    }
+    for (const SpringDamperDef& spring_damper : definition_.spring_dampers) this->spring_damper(spring_damper);
+  }
+
+ private:
+  void bodies() {
+    s_.body_count_ = static_cast<int>(definition_.bodies.size());
+    for (int i = 0; i < s_.body_count_; ++i) {
+      const RigidBodyDef& body = definition_.bodies[i];
+      unknown(i, true, kPositionsPerBody, kVelocitiesPerBody);
+      s_.flexible_index_.push_back(body.modal ? s_.flexible_count() : -1);
+      s_.rigid_index_.push_back(body.modal ? -1 : static_cast<int>(s_.rigid_.size()));
+      if (body.modal) {
+        s_.flexible_.push_back({i, FlexibleBody(*body.modal)});
+      } else {
+        s_.rigid_.push_back({i, {body.mass, inertia_matrix(body)}});
+      }
+    }
+    for (const Flexible& flexible : s_.flexible_) {
+      const int modes = flexible.body.modes();
+      unknown(flexible.index, false, modes, modes);
+      s_.modal_count_ += modes;
+    }
+    for (int i = 0; i < s_.body_count_; ++i) pair(i, i);
+    for (int f = 0; f < s_.flexible_count(); ++f) {
+      const int pose = s_.flexible_[f].index, modes = s_.body_count_ + f;
+      pair(pose, modes);
+      pair(modes, pose);
+      pair(modes, modes);
+    }
+    s_.pattern_.inertia_pairs = static_cast<int>(s_.pattern_.pairs.size());
+    s_.inertia_size_ = s_.blocks_size_;
+  }
+
+  void unknown(int body, bool pose, int positions, int velocities) {
+    s_.pattern_.unknowns.push_back({body, pose, positions_, velocities_, velocities});
+    positions_ += positions;
+    velocities_ += velocities;
+  }
+
+  // The offset of a block, which is made if there is none.
+  int pair(int i, int j) {
+    const auto [found, is_new] = pair_.try_emplace({i, j}, s_.blocks_size_);
+    if (is_new) {
+      const int size = s_.pattern_.unknowns[i].size * s_.pattern_.unknowns[j].size;
+      s_.pattern_.pairs.push_back({i, j, s_.blocks_size_});
+      s_.blocks_size_ += size + size % 2;  // aligned for pairs of numbers
+    }
+    return found->second;
+  }
+
+  // The index in Evaluation::frames.
+  int frame(int body, int node) {
+    if (body == kGround) return s_.body_count_;
+    if (node == kFloatingFrame) return body;
+    const auto [found, is_new] = node_.try_emplace({body, node}, s_.body_count_ + s_.node_frames_.size());
+    if (is_new) s_.node_frames_.push_back({body, s_.flexible_index_[body], node});
+    return static_cast<int>(found->second);
+  }
+
+  int body(int frame) const {
+    return frame < s_.body_count_ ? frame : s_.node_frames_[frame - s_.body_count_].body;
+  }
+
+  // `coupled`: blocks of C and K between different frames.
+  Attachment attach(std::vector<int> frames, bool coupled) {
+    Attachment at;
+    at.frames = std::move(frames);
+    const int n = at.count();
+    for (int i = 0; i < n; ++i) {
+      const int frame = at.frames[i], body = this->body(frame);
+      if (body == kGround) continue;
+      at.parts.push_back({i, body, 0});
+      if (frame <= s_.body_count_) continue;
+      at.parts.push_back({i, s_.body_count_ + s_.flexible_index_[body], kVelocitiesPerBody});
+      at.at_node = true;
+    }
+    at.force.assign(n, -1);
+    at.pair.assign(n * n, -1);
+    for (const auto& row : at.parts) {
+      if (row.first == 0) at.force[row.frame] = at.at_node ? 6 * row.frame : s_.pattern_.unknowns[row.unknown].velocity;
+      for (const auto& column : at.parts) {
+        int offset = -1;
+        if (coupled || row.frame == column.frame) offset = pair(row.unknown, column.unknown);
+        at.part_pair.push_back(offset);
+        if (row.first > 0 || column.first > 0) continue;
+        const int in_element = row.frame * n + column.frame;
+        at.pair[in_element] = offset < 0 ? -1 : at.at_node ? 36 * in_element : offset;
+      }
+    }
+    return at;
+  }
+
+  int constraint(std::unique_ptr<Constraint> element, const std::vector<int>& frames) {
+    const int c = s_.constraint_count(), m = element->equations();
+    Attachment at = attach(frames, element->couples_frames());
+    const int rows = s_.rows_size_;
+    s_.rows_size_ += 6 * m * at.count();
+    for (const auto& part : at.parts) {
+      if (part.first > 0) continue;
+      const int frame = at.frames[part.frame], of_frame = rows + 6 * m * part.frame;
+      if (frame <= s_.body_count_) {
+        s_.pattern_.incidences.push_back({c, part.unknown, of_frame});
+        continue;
+      }
+      const int modal = s_.body_count_ + s_.flexible_index_[part.unknown], modes = s_.pattern_.unknowns[modal].size;
+      PulledRows pulled{frame, m, of_frame, s_.rows_size_, s_.rows_size_ + 6 * m};
+      s_.rows_size_ += (6 + modes) * m;
+      s_.pattern_.incidences.push_back({c, part.unknown, pulled.pose});
+      s_.pattern_.incidences.push_back({c, modal, pulled.modes});
+      s_.pulled_rows_.push_back(pulled);
+    }
+    s_.pattern_.constraint_sizes.push_back(m);
+    s_.constraints_.push_back({std::move(element), std::move(at), s_.constraint_size_, rows});
+    s_.constraint_size_ += m;
+    return c;
+  }
+
+  // The index of its first input.
+  int force(std::unique_ptr<Force> element, const std::vector<int>& frames) {
+    const int input = s_.input_size_;
+    s_.input_size_ += element->input_count();
+    s_.forces_.push_back({std::move(element), attach(frames, true), input});
+    return input;
+  }
+
+  void joint(const JointDef& d) {
+    auto element = std::make_unique<Joint>(d);
+    const std::vector<int> frames = {frame(d.body1, d.frame1.node), frame(d.body2, d.frame2.node)};
+    s_.joints_.push_back(element.get());
+    s_.coordinate_index_.push_back(s_.coordinate_count());
+    for (const JointCoordinate& coordinate : element->coordinates()) {
+      s_.coordinates_.push_back({coordinate, {frames, false, {}, {}, {}, {}}, -1});
+    }
+    constraint(std::move(element), frames);
+  }
+
+  void spring_damper(const SpringDamperDef& d) {
+    auto element = std::make_unique<SpringDamper>(d, static_cast<int>(s_.spring_dampers_.size()));
+    s_.spring_dampers_.push_back(element.get());
+    s_.spring_damper_force_.push_back(static_cast<int>(s_.forces_.size()));
+    s_.actuator_index_.push_back(force(std::move(element), {frame(d.body1, d.node1), frame(d.body2, d.node2)}));
+  }
+
+  System& s_;
+  const MultibodyDef& definition_;
+  std::map<std::pair<int, int>, int> pair_;          // unknowns -> offset
+  std::map<std::pair<int, int>, std::size_t> node_;  // body, node -> frame
+  int positions_ = 0, velocities_ = 0;
+};
+
+System::System(const MultibodyDef& definition) : size_(sigmafmu::size(definition)) {
+  Builder(*this, definition).build();
+  set_values(definition);
+}
+
+Evaluation System::make_evaluation() const {
+  Evaluation e;
+  e.frames.resize(body_count_ + node_frames_.size());
+  for (VectorXd* x : {&e.phi, &e.phidot, &e.W}) x->setZero(constraint_size_);
+  for (VectorXd* x : {&e.B, &e.Z}) x->setZero(rows_size_);
+  for (VectorXd* x : {&e.C, &e.K}) x->setZero(blocks_size_);
+  e.M.setZero(inertia_size_);
+  for (const Flexible& flexible : flexible_) e.flexible.push_back(flexible.body.make_evaluation());
+  int most_modes = 0;
+  for (const NodeFrame& frame : node_frames_) {
+    const int modes = frame.flexible < 0 ? 0 : flexible_[frame.flexible].body.modes();
+    e.node_frames.push_back(make_node_frame_evaluation(modes));
+    most_modes = std::max(most_modes, modes);
+  }
+  int most_frames = 0;
+  const auto count = [&](const Attachment& at) { most_frames = std::max(most_frames, at.at_node ? at.count() : 0); };
+  for (const auto& constraint : constraints_) count(constraint.at);
+  for (const auto& force : forces_) count(force.at);
+  e.frame_forces.setZero(6 * most_frames);
+  for (VectorXd* x : {&e.frame_C, &e.frame_K}) x->setZero(36 * most_frames * most_frames);
+  e.work.setZero(6, 6 + most_modes);
+  return e;
+}
+
+}  // namespace sigmafmu
