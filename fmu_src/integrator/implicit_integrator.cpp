@@ -188,10 +188,7 @@ void ImplicitIntegrator::solve(const State& s) {
 void ImplicitIntegrator::gradient_times_mu(const State& s, bool increment) {
   if (!stabilized_) return;
   B_mu_.setZero();
-  if (increment) {
-    lambda_n_.setZero();  // free in this form
-    matrix_.add_multiplier_increments(x_, lambda_n_);
-  }
+  if (increment) matrix_.multiplier_increments(x_, lambda_n_);  // free in this form
   system_.add_gradient_times(start_, increment ? lambda_n_.data() : mu_.data(), B_mu_);
   coordinates_->turn_to_group(s.q, B_mu_);
 }

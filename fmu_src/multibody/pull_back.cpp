@@ -3,10 +3,6 @@
 
 namespace sigmafmu {
 
-FramePairs System::pairs(const Attachment& at, VectorXd& blocks, VectorXd& of_frames) {
-  return {at.at_node ? of_frames.data() : blocks.data(), at.pair.data(), at.count()};
-}
-
 FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) const {
   const int modes = flexible_[flexible].body.modes(), first = body_count_ + 3 * flexible;
   const auto at = [&](int p) { return blocks.data() + pattern_.pairs[p].offset; };

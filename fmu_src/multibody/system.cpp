@@ -13,7 +13,6 @@ using Segment6 = Eigen::Map<Vector6d>;
 }  // namespace
 
 void System::set_values(const MultibodyDef& d) {
-  for (Rigid& rigid : rigid_) rigid.body = {d.bodies[rigid.index].mass, inertia_matrix(d.bodies[rigid.index])};
   for (Flexible& flexible : flexible_) flexible.body.set_values(*d.bodies[flexible.index].modal);
   for (AttachedForce& force : forces_) force.element->set_values(d);
   gravity_ = d.gravity;
@@ -29,11 +28,6 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     k.v_WB = Vector3d(vi[0], vi[1], vi[2]);
     k.w_WB_B = Vector3d(vi[3], vi[4], vi[5]);
   }
-  for (const Rigid& rigid : rigid_) {
-    PairBlock<6, 6> M(e.M.data() + pattern_.pairs[rigid.index].offset);
-    M.diagonal().head<3>().setConstant(rigid.body.mass);
-    M.bottomRightCorner<3, 3>() = rigid.body.J;
-  }
   for (int f = 0; f < flexible_count(); ++f) {
     const auto& [i, body] = flexible_[f];
     body.evaluate(e.frames[i], q.data() + modal_position(f), v.data() + modal_velocity(f), e.flexible[f]);
@@ -41,7 +35,6 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     M.frame = e.flexible[f].M;
     M.frame_modal = e.flexible[f].M_modal;
     M.modal_frame = e.flexible[f].M_modal.transpose();
-    M.modal = body.modal_mass();
   }
   for (std::size_t k = 1; k < node_frames_.size(); ++k) {
     const auto& [body, f, node] = node_frames_[k];
@@ -91,7 +84,8 @@ void System::add_gradient_times(const Evaluation& e, const double* lambda, Vecto
     double* x = out.data() + pattern_.unknowns[unknown].velocity;
     const auto add = [&](auto size) {
       for (int i = 0; i < m; ++i, row += size) {
-        for (int k = 0; k < size; ++k) x[k] += row[k] * multipliers[i];
+        const double multiplier = multipliers[i];
+        for (int k = 0; k < size; ++k) x[k] += row[k] * multiplier;
       }
     };
     if (pattern_.unknowns[unknown].pose) {

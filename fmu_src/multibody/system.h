@@ -43,8 +43,7 @@ class System {
   explicit System(const MultibodyDef& definition);
   System(const System&) = delete;
   System& operator=(const System&) = delete;
-  // Takes over every value that is no geometry: masses, inertias, gravity, spring-dampers, loads, modal stiffness and
-  // damping.
+  // Takes over what may change while the System is in use: gravity, damping of flexible bodies, values of forces.
   void set_values(const MultibodyDef& definition);
 
   int body_count() const { return body_count_; }
@@ -178,7 +177,9 @@ class System {
   class Builder;
 
   Kinematics kinematics(const Evaluation& e, const Attachment& at) const { return {e.frames.data(), at.frames.data()}; }
-  static FramePairs pairs(const Attachment& at, VectorXd& blocks, VectorXd& of_frames);
+  static FramePairs pairs(const Attachment& at, VectorXd& blocks, VectorXd& of_frames) {
+    return {at.at_node ? of_frames.data() : blocks.data(), at.pair.data(), at.count()};
+  }
   NodeFrameEvaluation& node_frame(Evaluation& e, int frame) const {
     return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
   }

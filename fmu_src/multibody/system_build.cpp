@@ -187,7 +187,15 @@ Evaluation System::make_evaluation() const {
   for (VectorXd* x : {&e.B, &e.Z}) x->setZero(rows_size_);
   for (VectorXd* x : {&e.C, &e.K}) x->setZero(blocks_size_);
   e.M.setZero(inertia_size_);
-  for (const Flexible& flexible : flexible_) e.flexible.push_back(flexible.body.make_evaluation());
+  for (const auto& [i, body] : rigid_) {  // constant
+    PairBlock<6, 6> M(e.M.data() + pattern_.pairs[i].offset);
+    M.diagonal().head<3>().setConstant(body.mass);
+    M.bottomRightCorner<3, 3>() = body.J;
+  }
+  for (int f = 0; f < flexible_count(); ++f) {
+    e.flexible.push_back(flexible(f).make_evaluation());
+    flexible_blocks(e.M, f).modal = flexible(f).modal_mass();  // the only block that is constant
+  }
   int most_modes = 0;
   for (const NodeFrame& frame : node_frames_) {
     const int modes = frame.flexible < 0 ? 0 : flexible_[frame.flexible].body.modes();

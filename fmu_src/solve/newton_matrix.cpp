@@ -47,6 +47,9 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
       formulation_(formulation),
       lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
   const BlockPattern& pattern = system.pattern();
+  for (int c = 0; c < pattern.constraint_count(); ++c) {
+    equations_.push_back({system.lambda_index(c), pattern.constraint_sizes[c], lu_.offset(pattern.constraint_node(c))});
+  }
   for (const auto& pair : pattern.pairs) pairs_.push_back(lu_.handle(pair.row, pair.column));
   const int last = pattern.inertia_pairs;
   std::vector<std::vector<int>> mixed(pattern.unknown_count()), met(pattern.unknown_count());
@@ -217,30 +220,29 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
 
 void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
   for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -step.scale * r[i];
-  for (int c = 0; c < system_.constraint_count(); ++c) {
-    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
-    double* first = x.data() + lambda_offset(c);
-    double* second = first + count;
+  for (const auto& [first, count, unknown] : equations_) {
+    const double *phi = e.phi.data() + first, *phidot = e.phidot.data() + first;
+    double *upper = x.data() + unknown, *lower = upper + count;
     for (int k = 0; k < count; ++k) {
-      const double phi = e.phi[equation + k], rate = e.phidot[equation + k] / step.gamma_prime;
-      first[k] = formulation_ == Formulation::index2 ? -rate : -phi;
-      if (stabilized()) second[k] = phi - rate;
+      const double rate = phidot[k] / step.gamma_prime;
+      upper[k] = formulation_ == Formulation::index2 ? -rate : -phi[k];
+      if (stabilized()) lower[k] = phi[k] - rate;
     }
   }
 }
 
 void NewtonMatrix::add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const {
-  for (int c = 0; c < system_.constraint_count(); ++c) {
-    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
-    for (int k = 0; k < count; ++k) lambda[equation + k] += x[lambda_offset(c) + k] / step.scale;
+  for (const auto& [first, count, unknown] : equations_) {
+    for (int k = 0; k < count; ++k) {
+      lambda[first + k] += x[unknown + k] / step.scale;
+      if (stabilized()) mu[first + k] += x[unknown + count + k];
+    }
   }
-  if (stabilized()) add_multiplier_increments(x, mu);
 }
 
-void NewtonMatrix::add_multiplier_increments(const VectorXd& x, VectorXd& mu) const {
-  for (int c = 0; c < system_.constraint_count(); ++c) {
-    const int equation = system_.lambda_index(c), count = system_.pattern().constraint_sizes[c];
-    for (int k = 0; k < count; ++k) mu[equation + k] += x[mu_offset(c) + k];
+void NewtonMatrix::multiplier_increments(const VectorXd& x, VectorXd& mu) const {
+  for (const auto& [first, count, unknown] : equations_) {
+    for (int k = 0; k < count; ++k) mu[first + k] = x[unknown + count + k];
   }
 }
 

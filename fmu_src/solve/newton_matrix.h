@@ -54,16 +54,13 @@ class NewtonMatrix {
                                const BodyTangents<N>& tangents, Factorization& f);
   // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_.size(); }
-  int lambda_offset(int constraint) const { return lu_.offset(system_.pattern().constraint_node(constraint)); }
-  int mu_offset(int constraint) const {
-    return lambda_offset(constraint) + system_.pattern().constraint_sizes[constraint];
-  }
   void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
   // The right side of an iteration with residual r.
   void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
   // lambda and mu plus their increments in a solution x.
   void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
-  void add_multiplier_increments(const VectorXd& x, VectorXd& mu) const;
+  // The increment of mu alone.
+  void multiplier_increments(const VectorXd& x, VectorXd& mu) const;
 
  private:
   template <int N>
@@ -90,9 +87,14 @@ class NewtonMatrix {
   struct Mixed {
     int incidence, pair, column;
   };
+  // The equations of a constraint: in lambda, how many, in the vector of unknowns (lambda, then mu).
+  struct Equations {
+    int first, count, unknown;
+  };
   const System& system_;
   Formulation formulation_;
   BlockLU lu_;
+  std::vector<Equations> equations_;
   std::vector<int> pairs_;
   std::vector<Incident> incidences_;
   std::vector<Shared> shared_;

@@ -12,23 +12,21 @@ void SpringDamper::set_values(const MultibodyDef& definition) {
   damping_ = definition.spring_dampers[index_].damping;
 }
 
-void SpringDamper::gradient(const Kinematics& k, Rows3 (&B)[2]) const {
-  points_.gradient_1(k[0], 0, Rows(B[0].data(), 3, 6));
-  points_.gradient_2(k[1], 0, Rows(B[1].data(), 3, 6));
+SpringDamper::Points SpringDamper::points(const Kinematics& k) const {
+  const FrameKinematics &k1 = k[0], &k2 = k[1];
+  Points p;
+  p.phi = points_.gap(k1, k2);
+  p.A[0].noalias() = k1.R_WB * lie::hat(points_.s1);
+  p.A[1].noalias() = k2.R_WB * lie::hat(-points_.s2);
+  p.phidot = k2.v_WB + p.A[1] * k2.w_WB_B - k1.v_WB + p.A[0] * k1.w_WB_B;
+  return p;
 }
 
-Vector3d SpringDamper::force(const Kinematics& k, const Rows3 (&B)[2]) const {
-  const Vector3d phi = points_.gap(k[0], k[1]);
-  const Vector3d phidot =
-      k[1].v_WB + B[1].rightCols<3>() * k[1].w_WB_B - k[0].v_WB + B[0].rightCols<3>() * k[0].w_WB_B;
-  return -stiffness_.cwiseProduct(phi) - damping_.cwiseProduct(phidot);
+Vector3d SpringDamper::force(const Points& p) const {
+  return -stiffness_.cwiseProduct(p.phi) - damping_.cwiseProduct(p.phidot);
 }
 
-Vector3d SpringDamper::force(const Kinematics& k) const {
-  Rows3 B[2];
-  gradient(k, B);
-  return force(k, B);
-}
+Vector3d SpringDamper::force(const Kinematics& k) const { return force(points(k)); }
 
 double SpringDamper::energy(const Kinematics& k) const {
   const Vector3d phi = points_.gap(k[0], k[1]);
@@ -36,31 +34,38 @@ double SpringDamper::energy(const Kinematics& k) const {
 }
 
 void SpringDamper::add(const Kinematics& k, const double* u, const FrameForces& r) const {
-  Rows3 B[2];
-  gradient(k, B);
-  const Vector3d f = force(k, B) + Vector3d(u[0], u[1], u[2]);
-  for (int i = 0; i < 2; ++i) {
-    if (r.has(i)) r[i].noalias() -= B[i].transpose() * f;
+  const Points p = points(k);
+  const Vector3d f = force(p) + Vector3d(u[0], u[1], u[2]);
+  if (r.has(0)) {
+    r[0].head<3>() += f;
+    r[0].tail<3>().noalias() -= p.A[0].transpose() * f;
+  }
+  if (r.has(1)) {
+    r[1].head<3>() -= f;
+    r[1].tail<3>().noalias() -= p.A[1].transpose() * f;
   }
 }
 
 void SpringDamper::linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const {
-  Rows3 B[2], Z[2];
-  gradient(k, B);
-  points_.rate_1(k[0], 0, Rows(Z[0].data(), 3, 6));
-  points_.rate_2(k[1], 0, Rows(Z[1].data(), 3, 6));
-  const Vector3d f = force(k, B) + Vector3d(u[0], u[1], u[2]);
-  points_.stiffness(k[0], k[1], -f, K);
+  const Points p = points(k);
+  points_.stiffness(k[0], k[1], -(force(p) + Vector3d(u[0], u[1], u[2])), K);
+  const Matrix3d Y[2] = {k[0].R_WB * lie::hat(k[0].w_WB_B.cross(points_.s1)),
+                         k[1].R_WB * lie::hat(points_.s2.cross(k[1].w_WB_B))};
   for (int j = 0; j < 2; ++j) {
     if (!K.has(j, j)) continue;  // the ground
-    const Eigen::Matrix<double, 3, 6> DB = damping_.asDiagonal() * B[j];
-    const Eigen::Matrix<double, 3, 6> KB = stiffness_.asDiagonal() * B[j];
-    const Eigen::Matrix<double, 3, 6> DZ = damping_.asDiagonal() * Z[j];
+    const Matrix3d DA = damping_.asDiagonal() * p.A[j];
+    const Matrix3d KA_DY = stiffness_.asDiagonal() * p.A[j] + damping_.asDiagonal() * Y[j];
+    const auto add = [&](int i, const Vector3d& diagonal, const Matrix3d& rotations, auto block) {
+      const double o_i = i == 0 ? -1.0 : 1.0, o_j = j == 0 ? -1.0 : 1.0;
+      block.template topLeftCorner<3, 3>().diagonal() += (o_i * o_j) * diagonal;
+      block.template topRightCorner<3, 3>() += o_i * rotations;
+      block.template bottomLeftCorner<3, 3>() += p.A[i].transpose() * (o_j * diagonal).asDiagonal();
+      block.template bottomRightCorner<3, 3>().noalias() += p.A[i].transpose() * rotations;
+    };
     for (int i = 0; i < 2; ++i) {
       if (!K.has(i, j)) continue;
-      const Eigen::Matrix<double, 6, 3> Bt = B[i].transpose();
-      K(i, j).noalias() += Bt * (KB + DZ);
-      C(i, j).noalias() += Bt * DB;
+      add(i, stiffness_, KA_DY, K(i, j));
+      add(i, damping_, DA, C(i, j));
     }
   }
 }

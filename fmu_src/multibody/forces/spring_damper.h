@@ -1,6 +1,9 @@
 // Spring-damper between two points: force on body 2 in W, f = -K Phi - D Phi' + f_actuator, the opposite on body 1,
-// with Phi = p_2 - p_1 (PointCoincidence) and diagonal K, D. With Phi' = sum_i B_i v_i its share of the residual is
-// -B_i^T f, and
+// with Phi = p_2 - p_1 (PointCoincidence) and diagonal K, D. The points move with Phi' = sum_i B_i v_i,
+//
+//   B_i = [o_i I, A_i],   o = (-1, 1),   A_1 = R_1 hat(s_1),   A_2 = -R_2 hat(s_2),   Z_i = [0, Y_i].
+//
+// Its share of the residual is -B_i^T f, and
 //
 //   K_ij += B_i^T (K B_j + D Z_j) - d(B_i^T f)/d(motion of j) at constant f,   C_ij += B_i^T D B_j.
 #pragma once
@@ -28,9 +31,12 @@ class SpringDamper final : public Force {
   const Vector3d& stiffness() const { return stiffness_; }
 
  private:
-  using Rows3 = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
-  void gradient(const Kinematics& k, Rows3 (&B)[2]) const;
-  Vector3d force(const Kinematics& k, const Rows3 (&B)[2]) const;
+  struct Points {
+    Vector3d phi, phidot;
+    Matrix3d A[2];
+  };
+  Points points(const Kinematics& k) const;
+  Vector3d force(const Points& p) const;
 
   int index_;  // in MultibodyDef::spring_dampers
   PointCoincidence points_;
