@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from sigmafmu import _core
-from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma, unsymmetric_sigma
-from sigmafmu.study.sigma import (
+from research.study.sigma import (
     axis_error,
     exact_axis,
     gyro_time,
@@ -20,6 +18,8 @@ from sigmafmu.study.sigma import (
     nutating,
     precessing,
 )
+from sigmafmu import _core
+from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma, unsymmetric_sigma
 
 from .helpers import (
     EPS,
