@@ -33,7 +33,8 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format bench measure study references clean
+.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format clean
+.PHONY: bench measure study references
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

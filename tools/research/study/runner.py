@@ -205,7 +205,7 @@ def _environment() -> str:
         peer = "none"
     package = Path(research.__file__).parent
     files = [Path(_core.__file__), *(sigmafmu.fmu_path(model) for model in sigmafmu.models())]
-    files += [*sorted((package / "reference").glob("*.py")), package / "study" / "runs.py"]
+    files += [*sorted((package / "reference").glob("*.py")), package / "measure.py", package / "study" / "runs.py"]
     return _digest(sigmafmu.__version__.encode(), peer.encode(), *(Path(file).read_bytes() for file in files))
 
 

@@ -6,17 +6,16 @@ not halved here, for the step size is what the study varies.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from time import process_time
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from research import measure
 from research.measure import INCREMENTAL, INDEX2, INDEX3, MULTIPLIERS, RESIDUAL, STABILIZED, TRACKED, columns
 from research.reference import History, add_vector
 from research.reference.exudyn_models import Settings, simulate
-from research.reference.minimal_coordinates import solve
 from sigmafmu import _core
 
 __all__ = ["INCREMENTAL", "INDEX2", "INDEX3", "RESIDUAL", "STABILIZED", "columns"]
@@ -46,16 +45,12 @@ Run = dict[str, Any]
 
 def simulation(mechanism: str, h: float, **settings: float) -> _core.Simulation:
     """A simulation that fails where a step fails; `settings` are attributes of `_core.IntegratorSettings`."""
-    definition = _core.mechanism(mechanism)
-    for name, value in {"step_size": h, "max_halvings": 0, **settings}.items():
-        setattr(definition.integrator, name, value)
-    return _core.Simulation(definition)
+    return measure.simulation(mechanism, h, **{"max_halvings": 0, **settings})
 
 
-@lru_cache(maxsize=8)
 def exact(mechanism: str, stop_time: float) -> History:
     """Independent solution at SAMPLES + 1 equidistant times."""
-    return solve(mechanism, np.linspace(0.0, stop_time, SAMPLES + 1))
+    return measure.exact(mechanism, stop_time, SAMPLES)
 
 
 def trajectory(mechanism: str, h: float, stop_time: float, **settings: float) -> tuple[History, _core.StepCounters]:
