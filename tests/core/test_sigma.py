@@ -93,7 +93,7 @@ def test_slow_precession_is_exact_to_third_order(rho, ratio, kappa):
         assert error(phi, 0.1) > 0.1 * phi**2 / 4 * coefficients(rho)[0] ** -1 * abs(1 - kappa) * 0.9
 
 
-@property_test(50, rho=radii, ratio=ratios)
+@property_test(50, rho=radii, ratio=ratios.filter(lambda p: p != 1.0))  # what turns alike about all axes cannot nutate
 def test_free_nutation_keeps_the_angular_momentum_to_third_order(rho, ratio):
     """Its frequency shifts by η(hν)², whatever σ; the tilt of a whole nutation must follow the shifted one."""
     gamma_beta, _, eta = coefficients(rho)
