@@ -49,7 +49,7 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const Comparable comparable{length > 0 ? length : 1.0};
   double force = 1;  // [N] that no body takes amiss
   for (const RigidBodyDef& body : mechanism.multibody.bodies) force = std::min(force, 10 * mass(body));
-  Slave slave(mechanism, "", [](Slave::Report, const std::string&) {});
+  Slave slave(mechanism, "");
   const auto& variables = slave.variables();
   std::vector<unsigned> inputs, outputs;
   for (unsigned i = 0; i < variables.size(); ++i) {
