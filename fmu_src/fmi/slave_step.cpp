@@ -125,7 +125,6 @@ void Slave::absorb_jump() {
 
 // The step has failed whether or not there is memory to say why.
 void Slave::describe_failure(const StepFailure& f) noexcept {
-  message_.clear();
   try {
     const std::string none, &body = f.body >= 0 ? mechanism_.multibody.bodies[f.body].name : none;
     std::ostringstream text = text_stream(10);
@@ -136,7 +135,8 @@ void Slave::describe_failure(const StepFailure& f) noexcept {
       if (!position.empty()) text << ' ' << position;
     }
     message_ = text.str();
-  } catch (...) {  // message() knows
+  } catch (...) {
+    message_.clear();  // message() knows
   }
 }
 

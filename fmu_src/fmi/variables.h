@@ -66,8 +66,8 @@ struct Variable {
 class OutputValues {
  public:
   explicit OutputValues(const std::vector<Variable>& variables);
-  double operator()(const Variable& output, const View& view);
-  void forget();  // the point has changed
+  double operator()(const Variable& v, const View& view);  // of an output
+  void forget();                                           // the point has changed
 
  private:
   std::vector<double> values_;
