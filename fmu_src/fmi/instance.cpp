@@ -40,17 +40,20 @@ Status report_exception(const Logger& logger, const char* instance, Status when_
 
 Instance::Instance(const char* name, std::unique_ptr<const Logger> logger, Mechanism mechanism, const char* identity,
                    bool logs_events)
-    : name_(name), logger_(std::move(logger)), logs_events_(logs_events), slave(std::move(mechanism), identity, this) {}
+    : name_(name),
+      logger_(std::move(logger)),
+      logs_events_(logs_events),
+      slave_(std::move(mechanism), identity, this) {}
 
 void Instance::require_phase(const char* function, unsigned allowed) const {
-  const Phase phase = slave.phase();
+  const Phase phase = slave_.phase();
   if (allowed & mask(phase)) return;
   fail<Refused>(function, " is not allowed in the state \"", name_of(phase), "\".");
 }
 
 Status Instance::do_step(double t, double H) {
-  if (slave.do_step(t, H)) return Status::ok;
-  logger_->write(name(), Status::discard, kDiscard, slave.message());
+  if (slave_.do_step(t, H)) return Status::ok;
+  logger_->write(name(), Status::discard, kDiscard, slave_.message());
   return Status::discard;
 }
 

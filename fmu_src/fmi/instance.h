@@ -38,6 +38,7 @@ class Instance final : private Listener {
   Instance(const char* name, std::unique_ptr<const Logger> logger, Mechanism mechanism, const char* identity,
            bool logs_events);
 
+  Slave& slave() noexcept { return slave_; }
   const char* name() const noexcept { return name_.c_str(); }
   const Logger& logger() const noexcept { return *logger_; }
   // Warnings and errors are always passed on; logging on or off concerns events alone.
@@ -55,9 +56,7 @@ class Instance final : private Listener {
   const std::string name_;
   const std::unique_ptr<const Logger> logger_;
   bool logs_events_;
-
- public:
-  Slave slave;  // made last, reports to the above
+  Slave slave_;
 };
 
 // Runs body(slave) or Status body(instance) if the call is legal now, turns exceptions into a status and one message.
@@ -69,7 +68,7 @@ Status guarded(Instance* instance, const char* function, unsigned allowed, Body 
   try {
     instance->require_phase(function, allowed);
     if constexpr (std::is_invocable_v<Body, Slave&>) {
-      body(instance->slave);
+      body(instance->slave());
       return Status::ok;
     } else {
       return body(*instance);

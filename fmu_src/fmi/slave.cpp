@@ -52,11 +52,11 @@ void Slave::set_parameters(Mechanism& mechanism, const std::vector<double>& valu
   }
 }
 
-bool Slave::differ(const std::vector<double>& a, const std::vector<double>& b, Variability variability) const {
+bool Slave::same_fixed(const std::vector<double>& a, const std::vector<double>& b) const {
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if (a[i] != b[i] && variables_[parameter_references_[i]].variability == variability) return true;
+    if (a[i] != b[i] && variables_[parameter_references_[i]].variability == Variability::fixed) return false;
   }
-  return false;
+  return true;
 }
 
 // The parameters with the experiment's tolerance in place of the error tolerance of methods that control their error,
@@ -78,7 +78,7 @@ std::unique_ptr<Engine> Slave::make_engine(const Mechanism& mechanism, double to
   return std::make_unique<Engine>(mechanism.multibody, settings(mechanism, tolerance));
 }
 
-// Gives the snapshot, whose parameters `mechanism` has, its engine.
+// Makes the engine that of a snapshot, whose parameters `mechanism` has.
 void Slave::fit_engine(const Mechanism& mechanism, const Snapshot& data) {
   if (!engine_fits(data)) {
     std::vector<double> parameters = data.parameters;
@@ -91,7 +91,7 @@ void Slave::fit_engine(const Mechanism& mechanism, const Snapshot& data) {
 
 // Whether the engine needs no more than the tunable parameters to be that of a snapshot.
 bool Slave::engine_fits(const Snapshot& data) const {
-  return engine_tolerance_ == data.tolerance && !differ(engine_parameters_, data.parameters, Variability::fixed);
+  return engine_tolerance_ == data.tolerance && same_fixed(engine_parameters_, data.parameters);
 }
 
 // --- life ------------------------------------------------------------------------------------------------------------
@@ -308,7 +308,7 @@ void Slave::restore(const Snapshot& snapshot) {
   if (snapshot.parameters.size() != parameter_references_.size()) {
     throw Refused("The FMU state belongs to another mechanism.");
   }
-  if (!differ(data_.parameters, snapshot.parameters, Variability::fixed) && same_sizes(data_, snapshot) &&
+  if (same_fixed(data_.parameters, snapshot.parameters) && same_sizes(data_, snapshot) &&
       (snapshot.stale || engine_fits(snapshot))) {  // copies and nothing else
     set_parameters(mechanism_, snapshot.parameters);
     data_ = snapshot;

@@ -70,7 +70,7 @@ class Slave {
   };
   void read_parameters(const Mechanism& mechanism, std::vector<double>& values) const;
   void set_parameters(Mechanism& mechanism, const std::vector<double>& values) const;
-  bool differ(const std::vector<double>& a, const std::vector<double>& b, Variability variability) const;
+  bool same_fixed(const std::vector<double>& a, const std::vector<double>& b) const;
   IntegratorSettings settings(const Mechanism& mechanism, double tolerance) const;
   std::unique_ptr<Engine> make_engine(const Mechanism& mechanism, double tolerance) const;
   bool engine_fits(const Snapshot& data) const;

@@ -66,6 +66,7 @@ struct PyOutputs {
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
+    result.reserve(variables.size());
     for (const Variable& v : variables) result.push_back(v.name);
     return result;
   }
