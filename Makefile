@@ -33,7 +33,7 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format clean
+.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint tidy format clean
 .PHONY: bench measure study references
 
 help: ## print the targets
@@ -113,6 +113,16 @@ lint: $(SETUP) ## check style: ruff and clang-format
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check
 	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
+
+TIDY := build/tidy/clang_tidy/data/bin/clang-tidy
+
+tidy: build $(TIDY) ## look for mistakes in the C++ sources: clang-tidy, minutes
+	@echo "tidy: clang-tidy on every C++ file of the build"
+	@find $(SOURCE_DIRS) -name '*.cpp' -print0 | xargs -0 -n 1 -P $$(nproc) $(TIDY) --quiet -p $(BUILD)
+
+$(TIDY): pyproject.toml | $(SETUP)
+	@$(PIP) install -q --upgrade --target build/tidy --group tidy
+	@touch $@
 
 format: $(SETUP) ## bring all sources into that style
 	@echo "format: ruff, clang-format"

@@ -2,8 +2,12 @@
 #   write_model_description -> modelDescription.xml without GUID -> GUID = hash of it -> binary that knows it -> zip.
 
 add_library(sigmafmu_slave STATIC
+  fmu_src/fmi/instance.cpp
   fmu_src/fmi/modal_file.cpp
+  fmu_src/fmi/remarks.cpp
   fmu_src/fmi/slave.cpp
+  fmu_src/fmi/slave_derivatives.cpp
+  fmu_src/fmi/slave_step.cpp
   fmu_src/fmi/snapshot.cpp
   fmu_src/fmi/units.cpp
   fmu_src/fmi/variables.cpp)

@@ -50,7 +50,7 @@ double initial_value(const MultibodyDef& definition, const InitialValue& what) {
 void set_initial_value(MultibodyDef& definition, const InitialValue& what, double value) {
   double& present = initial_value(definition, what);
   if (value == present) return;
-  const auto entry = definition.held.emplace(what, present).first;
+  const auto entry = definition.held.try_emplace(what, present).first;
   present = value;
   if (value == entry->second) {
     present = entry->second;  // whose zero may have the other sign

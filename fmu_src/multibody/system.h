@@ -70,8 +70,7 @@ struct Evaluation {
 class System {
  public:
   explicit System(const MultibodyDef& definition);
-  // Takes over every value that is no geometry: masses, inertias, gravity, spring-dampers, loads, modal stiffness and
-  // damping.
+  // Takes over every value that is no geometry: masses, inertias, gravity, spring-dampers, loads, modal damping.
   void set_values(const MultibodyDef& definition);
 
   int body_count() const { return body_count_; }

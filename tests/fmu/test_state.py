@@ -1,8 +1,10 @@
 """Saving, restoring and serializing the state of an instance: all bit by bit."""
 
 import ctypes
+import math
 import os
 import random
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -329,3 +331,40 @@ def test_a_buffer_that_is_too_small_is_refused(new, model):
     slave.fmi2SerializeFMUstate(slave.component, state, buffer, size.value)
     assert bytes(buffer) == instance.serialized()
     slave.freeFMUstate(state)
+
+
+def checksum(data: bytes) -> bytes:
+    """FNV-1a."""
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return value.to_bytes(8, "little")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [(f"integrator.{n}", x) for n in ("method", "maxHalvings") for x in (math.nan, math.inf, -1e300, 1e10, 99.0)]
+    + [("integrator.stepSize", x) for x in (math.nan, 0.0, -1.0)],
+)
+def test_bytes_with_a_value_that_no_parameter_can_have_are_refused(new, model, name, value):
+    """Whoever has computed a checksum for them: as an index or a step size such a number must never be used."""
+    instance = new(model).start()
+    settable = [v for v in instance.fmu.description.modelVariables if v.causality == "parameter"]
+    data = bytearray(instance.serialized())
+    first = data.index(struct.pack("<Q", len(settable))) + 8
+    start = first + 8 * [v.name for v in settable].index(name)
+    data[start : start + 8] = struct.pack("<d", value)
+    data[-8:] = checksum(data[:-8])
+    message = instance.refusal(instance.slave.deSerializeFMUstate, bytes(data))
+    assert message.status == "error"
+    assert message.text.startswith(f"The serialized FMU state is damaged. {name} is ")
+
+
+def test_bytes_with_a_phase_that_does_not_exist_are_refused(new, model):
+    instance = new(model).start()
+    data = bytearray(instance.serialized())
+    guid = instance.fmu.description.guid.encode()
+    data[data.index(guid) + len(guid)] = 200
+    data[-8:] = checksum(data[:-8])
+    message = instance.refusal(instance.slave.deSerializeFMUstate, bytes(data))
+    assert (message.status, message.text) == ("error", "The serialized FMU state is damaged.")

@@ -11,7 +11,7 @@ void bind_outputs(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_master(nb::module_& m);
 
-NB_MODULE(_core, m) {
+NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
   m.doc() = "Core of sigmafmu: Lie group functions, equations of motion, integrator.";
   nb::set_leak_warnings(false);
   auto lie = m.def_submodule("lie", "SO(3) and R^3 x SO(3).");

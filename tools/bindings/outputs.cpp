@@ -40,9 +40,8 @@ struct PyOutputs {
     system.evaluate(q, v, e);
     const View view{mechanism, system, state, q, v, e, vdot, lambda};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));
-    for (std::size_t i = 0; i < variables.size(); ++i) {
-      y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
-    }
+    OutputValues output(variables);
+    for (std::size_t i = 0; i < variables.size(); ++i) y[static_cast<Eigen::Index>(i)] = output(variables[i], view);
     return y;
   }
   // Of the outputs that may jump, their continuous derivatives along the motion v, and which ones these are.
@@ -67,6 +66,7 @@ struct PyOutputs {
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
+    result.reserve(variables.size());
     for (const Variable& v : variables) result.push_back(v.name);
     return result;
   }

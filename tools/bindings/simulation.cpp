@@ -50,6 +50,7 @@ struct PySimulation {
   }
   // Positions, velocities and multipliers after each of `steps` steps: arrays (steps + 1) x size.
   nb::tuple trajectory(double t_end, int steps) {
+    if (steps < 0) throw std::invalid_argument("steps is " + std::to_string(steps) + "; it must not be negative");
     using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Rows q(steps + 1, state.q.size()), v(steps + 1, state.v.size()), lambda(steps + 1, state.lambda.size());
     VectorXd t(steps + 1);

@@ -11,7 +11,7 @@ using Eigen::Map;
 using lie::hat;
 
 FlexibleBody::FlexibleBody(const ModalDef& d)
-    : nodes_(d.nodes.transpose()), shapes_(d.shapes), rotations_(d.rotations) {
+    : nodes_(d.nodes.transpose()), shapes_(d.shapes), rotations_(d.rotations), stiffness_(d.stiffness) {
   const int n = d.node_count(), f = d.mode_count();
   if (rotations_.size() == 0) rotations_.setZero(3 * n, f);
   MatrixXd U(n, 3 * (f + 1));  // U_0, U_1, ... side by side
@@ -31,16 +31,16 @@ FlexibleBody::FlexibleBody(const ModalDef& d)
   for (int a = 0; a < f; ++a) {
     for (int b = 0; b < f; ++b) modal_mass_(a, b) = 0.5 * (G(a + 1, b + 1).trace() + G(b + 1, a + 1).trace());
   }
+  set_values(d);
+  if (f == 0) return;
+  const MatrixXd M = undeformed_mass_matrix();  // what is left of M_ff when the frame moves freely
+  const MatrixXd free = schur_complement(M.topLeftCorner<6, 6>(), M.bottomLeftCorner(f, 6), modal_mass_);
+  highest_frequency_ = std::sqrt(std::max(0.0, largest_eigenvalue(stiffness_, free)));
 }
 
 void FlexibleBody::set_values(const ModalDef& d) {
-  stiffness_ = d.stiffness;
   damping_ = d.mass_damping * modal_mass_ + d.stiffness_damping * stiffness_;
   if (d.damping.size() > 0) damping_ += d.damping;
-  if (modes() == 0) return;
-  const MatrixXd M = undeformed_mass_matrix();  // what is left of M_ff when the frame moves freely
-  const MatrixXd free = schur_complement(M.topLeftCorner<6, 6>(), M.bottomLeftCorner(modes(), 6), modal_mass_);
-  highest_frequency_ = std::sqrt(std::max(0.0, largest_eigenvalue(stiffness_, free)));
 }
 
 FlexibleEvaluation FlexibleBody::make_evaluation() const {

@@ -49,9 +49,9 @@ struct FlexibleEvaluation {
 
 class FlexibleBody {
  public:
-  // Inertia alone; stiffness and damping come with set_values.
+  // The mass matrix must be positive definite.
   explicit FlexibleBody(const ModalDef& definition);
-  // Takes over stiffness and damping; the mass matrix must be positive definite.
+  // Takes over what may be tuned, the damping; cheap and without allocation.
   void set_values(const ModalDef& definition);
 
   int modes() const { return static_cast<int>(modal_mass_.rows()); }
