@@ -10,9 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "fmi/modal_file.h"
 #include "fmi/model.h"
+#include "fmi/resources.h"
 #include "fmi/slave.h"
+#include "model/modal_file.h"
 
 namespace {
 
@@ -154,10 +155,10 @@ fmi2Status no_status(fmi2Component c, const char* function) {
 // The mechanism with its modal data. Only mechanisms that have such files look at the resource location.
 sigmafmu::Mechanism load_mechanism(fmi2String resources) {
   sigmafmu::Mechanism mechanism = sigmafmu::make_mechanism();
-  if (mechanism.modal_files.empty()) return mechanism;
+  const auto files = sigmafmu::modal_files(mechanism);
+  if (files.empty()) return mechanism;
   if (!resources || !*resources) {
-    throw sigmafmu::Refused("The resource location is missing; this FMU reads " + mechanism.modal_files[0].file +
-                            " from there.");
+    throw sigmafmu::Refused("The resource location is missing; this FMU reads " + files[0] + " from there.");
   }
   sigmafmu::load_modal_files(mechanism, sigmafmu::folder_of_uri(resources));
   return mechanism;

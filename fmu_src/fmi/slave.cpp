@@ -23,6 +23,7 @@ bool same_time(double a, double b, double step) {
 }
 
 Mechanism with_joint_values(Mechanism mechanism) {
+  validate(mechanism);
   find_joint_values(mechanism.multibody);
   return mechanism;
 }

@@ -19,7 +19,7 @@ namespace {
 // One mechanism with its integrator and state.
 struct PySimulation {
   explicit PySimulation(const Mechanism& m)
-      : mechanism((validate(m.multibody), m)),
+      : mechanism((validate(m), m)),
         system(mechanism.multibody),
         solver(system),
         integrator(make_integrator(system, mechanism.integrator)),
