@@ -389,7 +389,7 @@ void Table::integrator() {
   auto integer = [&](const char* name, const char* description) {
     const int row = row_of(integer_settings(), name);
     const IntegerSetting& setting = integer_settings()[row];
-    Variable& v = add(n + name, nullptr, setting.enumeration ? setting.enumeration->description : description);
+    Variable& v = add(n + name, nullptr, description);
     v.causality = Causality::parameter;
     v.variability = Variability::fixed;
     v.integer = true;
@@ -402,9 +402,8 @@ void Table::integrator() {
   integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step");
   integer("maxHalvings",
           "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step");
-  for (const char* choice : {"method", "group", "localCoordinates", "absoluteCoordinates", "formulation", "corrector",
-                             "jacobian", "newton", "sigmaMode", "stepControl"}) {
-    integer(choice, "");
+  for (const IntegerSetting& setting : integer_settings()) {
+    if (setting.enumeration) integer(setting.name, setting.enumeration->description);
   }
 
   output_scalar(

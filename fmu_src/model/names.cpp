@@ -65,8 +65,8 @@ bool is_identifier(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](char c) { return is_letter(c) || is_digit(c); });
 }
 
-void Names::add(const std::string& name, const char* kind) {
-  if (name.empty()) fail("A ", kind, " has no name; every element must have one.");
+void Names::add(const std::string& name, const char* kind, std::size_t index) {
+  if (name.empty()) fail("The name of ", kind, " ", index, " is empty; every element must have one.");
   for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
     end = name.find('.', begin);
     if (is_identifier(name.substr(begin, end - begin))) continue;

@@ -13,8 +13,8 @@ bool is_identifier(const std::string& name);
 // Each throws std::invalid_argument with one sentence that says what is wrong with a name.
 class Names {
  public:
-  // `kind` is "body", "joint", ...
-  void add(const std::string& name, const char* kind);
+  // `kind` is "body", "joint", ...; `index` counts within it.
+  void add(const std::string& name, const char* kind, std::size_t index);
   // When all are there: none of them is the name of a variable of another, like the element rod.position of rod.
   void check_variables() const;
 

@@ -10,7 +10,7 @@ namespace {
 
 using namespace validation;
 
-// The elements of one definition, by which the others are checked.
+// The bodies of one definition, to which its other elements refer.
 class Bodies {
  public:
   explicit Bodies(const MultibodyDef& d) : bodies_(d.bodies) {}
@@ -117,13 +117,17 @@ void validate_held(const MultibodyDef& d) {
   }
 }
 
-Names names_of(const MultibodyDef& d) {
+void validate_names(const MultibodyDef& d, const std::vector<StationDef>& stations) {
   Names names;
-  for (const auto& x : d.bodies) names.add(x.name, "body");
-  for (const auto& x : d.joints) names.add(x.name, "joint");
-  for (const auto& x : d.spring_dampers) names.add(x.name, "spring-damper");
-  for (const auto& x : d.loads) names.add(x.name, "load");
-  return names;
+  const auto add = [&](const auto& elements, const char* kind) {
+    for (std::size_t i = 0; i < elements.size(); ++i) names.add(elements[i].name, kind, i);
+  };
+  add(d.bodies, "body");
+  add(d.joints, "joint");
+  add(d.spring_dampers, "spring-damper");
+  add(d.loads, "load");
+  add(stations, "station");
+  names.check_variables();
 }
 
 void require_positive(const char* name, double value) {
@@ -135,7 +139,7 @@ void require_positive(const char* name, double value) {
 
 void validation::validate_structure(const MultibodyDef& d) {
   if (d.bodies.empty()) fail("The mechanism has no bodies; it must have at least one.");
-  names_of(d).check_variables();
+  validate_names(d, {});
   for (const RigidBodyDef& b : d.bodies) {
     if (b.modal) validate_modal(b.name, *b.modal);
   }
@@ -185,9 +189,7 @@ void validate(const Mechanism& m) {
     fail("The name of the mechanism is \"", m.name, "\"; allowed are letters, digits and _, no digit first.");
   }
   validate(m.multibody);
-  Names names = names_of(m.multibody);
-  for (const StationDef& s : m.stations) names.add(s.name, "station");
-  names.check_variables();
+  validate_names(m.multibody, m.stations);
   for (const StationDef& s : m.stations) validate_station(s, Bodies(m.multibody));
   validate(m.integrator);
   require_positive("The stop time of the experiment", m.stop_time);
