@@ -16,10 +16,10 @@ using namespace sigmafmu;
 
 namespace {
 
-// One mechanism with its integrator and state.
+// One mechanism with its integrator and state. Settings may go beyond the limits that an FMU has for them.
 struct PySimulation {
   explicit PySimulation(const Mechanism& m)
-      : mechanism((validate(m), m)),
+      : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
         solver(system),
         integrator(make_integrator(system, mechanism.integrator)),
