@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "fmi/instance.h"
-#include "fmi/modal_file.h"
 #include "fmi/model.h"
+#include "fmi/resources.h"
+#include "model/modal_file.h"
 #include "text/text.h"
 
 #if defined _WIN32 || defined __CYGWIN__
@@ -79,9 +80,10 @@ fmi2Status no_status(fmi2Component c, const char* function) noexcept {
 // The mechanism with its modal data. Only mechanisms that have such files look at the resource location.
 Mechanism load_mechanism(fmi2String resources) {
   Mechanism mechanism = make_mechanism();
-  if (mechanism.modal_files.empty()) return mechanism;
+  const auto files = modal_files(mechanism);
+  if (files.empty()) return mechanism;
   if (!resources || !*resources) {
-    fail<Refused>("The resource location is missing; this FMU reads ", mechanism.modal_files[0].file, " from there.");
+    fail<Refused>("The resource location is missing; this FMU reads ", files[0], " from there.");
   }
   load_modal_files(mechanism, folder_of_uri(resources));
   return mechanism;

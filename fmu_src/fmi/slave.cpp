@@ -14,6 +14,7 @@ namespace {
 constexpr char kDamaged[] = "The serialized FMU state is damaged.";
 
 Mechanism with_joint_values(Mechanism mechanism) {
+  validate(mechanism);
   find_joint_values(mechanism.multibody);
   return mechanism;
 }

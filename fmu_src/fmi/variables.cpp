@@ -98,15 +98,13 @@ void spring_attachment(const View& view, int s, double* values) {
   }
 }
 
-template <typename Type>
-const Type& named(const std::vector<Type>& table, const std::string& name) {
-  for (const Type& type : table) {
-    if (type.name == name) return type;
+template <typename Row>
+int row_of(const std::vector<Row>& table, const std::string& name) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table[i].name == name) return static_cast<int>(i);
   }
-  throw std::logic_error("no type " + name);
+  throw std::logic_error("no row " + name);
 }
-const RealType& real_type(const std::string& name) { return named(real_types(), name); }
-const Enumeration& enumeration(const std::string& name) { return named(enumerations(), name); }
 
 // Adds variables to the table; one call per row of the interface's tables.
 class Table {
@@ -135,7 +133,7 @@ class Table {
     v.name = std::move(name);
     v.description = std::move(description);
     if (type) {
-      v.type = &real_type(type);
+      v.type = &real_types()[row_of(real_types(), type)];
       v.unit = v.type->unit;
       v.min = v.type->min;
       v.max = v.type->max;
@@ -403,63 +401,46 @@ void Table::global() {
 }
 
 void Table::integrator() {
-  constexpr auto fixed = Variability::fixed;
-  using M = Mechanism&;
   const std::string n = "integrator.";
-  auto real = [&](const char* name, const char* type, const char* description, Parameter access) -> Variable& {
-    return parameter(0, n + name, type, description, access, fixed);
+  auto real = [&](const char* name, const char* type, const char* description) {
+    const int row = row_of(real_settings(), name);
+    const RealSetting& setting = real_settings()[row];
+    Variable& v = parameter(
+        row, n + name, type, description,
+        [](Mechanism& m, int o, int) -> double& { return m.integrator.*real_settings()[o].value; }, Variability::fixed);
+    v.min = setting.min;
+    v.max = setting.max;
+    v.above_min = setting.above_min;
   };
-  Variable& h = real("stepSize", "Time", "Largest internal step",
-                     [](M m, int, int) -> double& { return m.integrator.step_size; });
-  h.above_min = true;
-  real("spectralRadius", "Fraction", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
-       [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
-  real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
-       [](M m, int, int) -> double& { return m.integrator.sigma; });
-  Variable& absolute = real("absoluteTolerance", "Tolerance",
-                            "Allowed velocity increment of Newton's method, error of a step of rkmk54 (m/s and rad/s)",
-                            [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
-  absolute.above_min = true;
-  Variable& relative = real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity",
-                            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
-  relative.max = 1e-2;
-  Variable& error = real("errorTolerance", "Tolerance",
-                         "With stepControl error: allowed position error of an internal step, relative to the "
-                         "mechanism's size; of rotations in rad",
-                         [](M m, int, int) -> double& { return m.integrator.error_tolerance; });
-  error.above_min = true;
-  error.max = 0.1;
+  real("stepSize", "Time", "Largest internal step");
+  real("spectralRadius", "Fraction", "Spectral radius at infinite frequency: 1 no damping, 0 strongest");
+  real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value");
+  real("absoluteTolerance", "Tolerance",
+       "Allowed velocity increment of Newton's method, error of a step of rkmk54 (m/s and rad/s)");
+  real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity");
+  real("errorTolerance", "Tolerance",
+       "With stepControl error: allowed position error of an internal step, relative to the mechanism's size; of "
+       "rotations in rad");
 
-  auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
+  auto integer = [&](const char* name, const char* description) {
+    const int row = row_of(integer_settings(), name);
+    const IntegerSetting& setting = integer_settings()[row];
     Variable& v = add(n + name, nullptr, description);
     v.causality = Causality::parameter;
-    v.variability = fixed;
+    v.variability = Variability::fixed;
     v.integer = true;
-    v.min = min;
-    v.max = max;
-    v.option = access;
-    return v;
+    v.object = row;
+    v.option = [](Mechanism& m, int o) -> int& { return m.integrator.*integer_settings()[o].value; };
+    v.min = setting.min;
+    v.max = setting.max;
+    v.enumeration = setting.enumeration;
   };
-  integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step", 1, 1000,
-          [](M m) -> int& { return m.integrator.max_newton_iterations; });
+  integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step");
   integer("maxHalvings",
-          "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step", 0,
-          20, [](M m) -> int& { return m.integrator.max_halvings; });
-
-  auto option = [&](const char* name, const char* type, int& (*access)(M)) {
-    const Enumeration& e = enumeration(type);
-    integer(name, e.description, 1, static_cast<int>(e.items.size()), access).enumeration = &e;
-  };
-  option("method", "Method", [](M m) -> int& { return m.integrator.method; });
-  option("group", "Group", [](M m) -> int& { return m.integrator.group; });
-  option("localCoordinates", "LocalCoordinates", [](M m) -> int& { return m.integrator.local_coordinates; });
-  option("absoluteCoordinates", "AbsoluteCoordinates", [](M m) -> int& { return m.integrator.absolute_coordinates; });
-  option("formulation", "Formulation", [](M m) -> int& { return m.integrator.formulation; });
-  option("corrector", "Corrector", [](M m) -> int& { return m.integrator.corrector; });
-  option("jacobian", "Jacobian", [](M m) -> int& { return m.integrator.jacobian; });
-  option("newton", "Newton", [](M m) -> int& { return m.integrator.newton; });
-  option("sigmaMode", "SigmaMode", [](M m) -> int& { return m.integrator.sigma_mode; });
-  option("stepControl", "StepControl", [](M m) -> int& { return m.integrator.step_control; });
+          "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step");
+  for (const IntegerSetting& setting : integer_settings()) {
+    if (setting.enumeration) integer(setting.name, setting.enumeration->description);
+  }
 
   output_scalar(
       0, n + "errorEstimate", "Estimate",
@@ -489,14 +470,14 @@ void Table::integrator() {
 double Variable::value(const Mechanism& mechanism) const {
   if (initial) return initial_value(mechanism.multibody, *initial);
   Mechanism& m = const_cast<Mechanism&>(mechanism);  // the accessors serve reading and writing
-  return option ? option(m) : parameter(m, object, component);
+  return option ? option(m, object) : parameter(m, object, component);
 }
 
 void Variable::set_value(Mechanism& mechanism, double value) const {
   if (initial) {
     set_initial_value(mechanism.multibody, *initial, value);
   } else if (option) {
-    option(mechanism) = static_cast<int>(value);
+    option(mechanism, object) = static_cast<int>(value);
   } else {
     parameter(mechanism, object, component) = value;
   }

@@ -11,6 +11,7 @@
 #include "fmi/units.h"
 #include "integrator/state.h"
 #include "model/mechanism.h"
+#include "model/settings_table.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {
@@ -51,8 +52,8 @@ struct Variable {
   void (*output)(const View&, int object, double* values) = nullptr;
   double (*rate)(const View&, int object, int component) = nullptr;  // its time derivative, if the output may jump
   double& (*parameter)(Mechanism&, int object, int component) = nullptr;
-  int& (*option)(Mechanism&) = nullptr;  // of an integer parameter
-  std::optional<InitialValue> initial;   // which of the definition's a parameter is
+  int& (*option)(Mechanism&, int object) = nullptr;  // of an integer parameter
+  std::optional<InitialValue> initial;               // which of the definition's a parameter is
   int input = -1;
 
   double value(const Mechanism& mechanism) const;  // of a parameter

@@ -88,8 +88,15 @@ def test_only_the_fmi_layer_knows_fmi(file):
         assert 'extern "C"' not in (SOURCES / file).read_text(encoding="utf-8")
 
 
+def test_json_is_compiled_once():
+    """Its header takes seconds: one file of an FMU includes it, for modal data, and one more reads whole mechanisms."""
+    users = {file for file in FILES if any("nlohmann" in name for name in includes_of(file)[1])}
+    assert users == {"model/json_values.h"}
+    assert {file for file in FILES if users & set(includes_of(file)[0])} == {"model/json.cpp", "model/modal_file.cpp"}
+
+
 @every_file
 def test_the_core_does_no_input_or_output(file):
-    if file == "fmi/modal_file.cpp":  # reads the FMU's resources when it is instantiated
+    if file == "model/modal_file.cpp":  # reads the FMU's resources when it is instantiated
         return
     assert not {"iostream", "fstream", "cstdio", "stdio.h", "thread", "mutex"} & set(includes_of(file)[1])

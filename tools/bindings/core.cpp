@@ -9,6 +9,7 @@ void bind_definitions(nb::module_& m);
 void bind_system(nb::module_& m);
 void bind_outputs(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_slave(nb::module_& m);
 void bind_master(nb::module_& m);
 
 NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
@@ -20,5 +21,6 @@ NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
   bind_system(m);
   bind_outputs(m);
   bind_simulation(m);
+  bind_slave(m);
   bind_master(m);
 }

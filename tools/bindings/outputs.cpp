@@ -23,7 +23,7 @@ namespace {
 // The real outputs of a mechanism's FMU as functions of (q, v, u).
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
-      : mechanism((validate(m.multibody), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
+      : mechanism((validate(m), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
     for (const Variable& v : make_variables(m, system)) {
       if (v.output && !v.integer) variables.push_back(v);
       if (v.input >= 0) inputs.push_back(v.name);

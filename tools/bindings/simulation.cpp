@@ -16,7 +16,7 @@ using namespace sigmafmu;
 
 namespace {
 
-// One mechanism with its integrator and state.
+// One mechanism with its integrator and state. Settings may go beyond the limits that an FMU has for them.
 struct PySimulation {
   explicit PySimulation(const Mechanism& m)
       : mechanism((validate(m.multibody), m)),

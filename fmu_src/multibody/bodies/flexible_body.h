@@ -29,12 +29,11 @@
 //   [ S_f^T R^T      H^T          M_ff  ],   (M_ff)_ab = tr(G_ab).
 #pragma once
 
-#include "model/definition.h"
+#include "model/modal_constants.h"
 #include "multibody/kinematics.h"
 
 namespace sigmafmu {
 
-using Eigen::Matrix3Xd;
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 // At (q, v); rows of M belong to (v, w).
@@ -62,8 +61,6 @@ class FlexibleBody {
   const MatrixXd& damping() const { return damping_; }  // Rayleigh's share included
   // Highest angular frequency of the free body, undeformed and at rest [rad/s].
   double highest_frequency() const { return highest_frequency_; }
-  // The mass matrix of the undeformed body with R = I, (6 + f) x (6 + f).
-  MatrixXd undeformed_mass_matrix() const;
 
   auto shape(int node) const { return shapes_.middleRows<3>(3 * node); }        // Phi_i, 3 x f
   auto rotation(int node) const { return rotations_.middleRows<3>(3 * node); }  // Psi_i, 3 x f
@@ -93,8 +90,6 @@ class FlexibleBody {
   double potential_energy(const BodyKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const;
 
  private:
-  Matrix3d G(int b, int a) const { return Eigen::Map<const Matrix3d>(G_.col(b).data() + 9 * a); }  // G_ba
-
   double mass_ = 0;
   Matrix3Xd nodes_;              // X
   MatrixXd shapes_, rotations_;  // Phi, Psi

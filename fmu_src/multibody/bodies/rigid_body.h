@@ -6,9 +6,6 @@
 
 namespace sigmafmu {
 
-// The inertia matrix J [kg m^2] of a definition.
-Matrix3d inertia_matrix(const RigidBodyDef& definition);
-
 struct RigidBody {
   double mass;
   Matrix3d J;

@@ -1,19 +1,20 @@
-#include "fmi/modal_file.h"
+#include "model/modal_file.h"
 
 #include <algorithm>
-#include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "model/json_values.h"
+#include "model/validation.h"
 #include "text/text.h"
 
 namespace sigmafmu {
 namespace {
 
-using Json = nlohmann::json;
+using namespace json;
 
 template <typename... Parts>
 [[noreturn]] void fail(const Parts&... parts) {
@@ -24,19 +25,6 @@ constexpr const char* kFormat = "sigmafmu modes";
 constexpr int kVersion = 1;
 constexpr const char* kKeys[] = {"format", "version", "units", "note", "names", "frequencies", "X", "m",
                                  "M",      "Phi",     "Theta", "K",    "D"};
-
-double number(const Json& value, const std::string& name) {
-  if (!value.is_number()) fail(name, " is ", value.dump().substr(0, 40), "; it must be a number.");
-  return value.get<double>();
-}
-
-const Json& list(const Json& value, const std::string& name, std::size_t size) {
-  if (!value.is_array()) fail(name, " must be a list.");
-  if (value.size() != size) fail(name, " has ", value.size(), " entries; it must have ", size, ".");
-  return value;
-}
-
-std::string at(const std::string& name, std::size_t i) { return name + "[" + std::to_string(i) + "]"; }
 
 VectorXd read_vector(const Json& value, const std::string& name, std::size_t size) {
   list(value, name, size);
@@ -78,12 +66,12 @@ MatrixXd read_mass_matrix(const Json& value, std::size_t n) {
   const VectorXd values = read_vector(value["values"], "M.values", count);
   MatrixXd M = MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
   for (Eigen::Index k = 0; k < rows.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(rows[k]), j = static_cast<Eigen::Index>(columns[k]);
     if (!(rows[k] >= 0 && rows[k] <= columns[k] && columns[k] < static_cast<double>(n)) ||
-        static_cast<double>(i) != rows[k] || static_cast<double>(j) != columns[k]) {
+        rows[k] != std::floor(rows[k]) || columns[k] != std::floor(columns[k])) {
       fail("M has an entry at [", rows[k], ", ", columns[k], "]; allowed are whole numbers with 0 <= row <= column < ",
            n, ".");
     }
+    const auto i = static_cast<Eigen::Index>(rows[k]), j = static_cast<Eigen::Index>(columns[k]);
     M(i, j) += values[k];
     if (i != j) M(j, i) += values[k];
   }
@@ -133,31 +121,35 @@ ModalDef read(const Json& content, int modes) {
   return modal;
 }
 
-void load(Mechanism& mechanism, const ModalFileDef& definition, const std::filesystem::path& path) {
+// Reads what the file is for; damping and initial values stay those of the definition.
+void load(RigidBodyDef& body, const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) fail("it cannot be opened; the FMU needs this file with the modal data of a flexible body.");
-  Json content;
-  try {
-    content = Json::parse(file);
-  } catch (const Json::exception& e) {
-    fail("it is no JSON file: ", e.what(), ".");
-  }
-  RigidBodyDef& body = mechanism.multibody.bodies[definition.body];
-  body.modal = read(content, definition.modes);
-  MultibodyDef alone;
-  alone.add(body);
-  validate(alone);
+  ModalDef modal =
+      read(parse_json({std::istreambuf_iterator<char>(file), {}}, "it is no JSON file: "), body.modal->modes);
+  const ModalDef& own = *body.modal;
+  modal.file = own.file;
+  modal.modes = own.modes;
+  modal.mass_damping = own.mass_damping;
+  modal.stiffness_damping = own.stiffness_damping;
+  if (own.initial_coordinates.size() > 0) modal.initial_coordinates = own.initial_coordinates;
+  if (own.initial_rates.size() > 0) modal.initial_rates = own.initial_rates;
+  body.modal = std::move(modal);
+  validation::validate_modal(body.name, *body.modal);
+}
+
+void check_stations(const Mechanism& mechanism, int body) {
+  const int nodes = mechanism.multibody.bodies[body].modal->node_count();
   for (const StationDef& station : mechanism.stations) {
-    if (station.body != definition.body) continue;
+    if (station.body != body) continue;
     for (int node : station.nodes) {
-      if (node >= body.modal->node_count()) {
-        fail("it has ", body.modal->node_count(), " nodes; ", station.name, " is at node ", node, " (counted from 0).");
-      }
+      if (node >= nodes) fail("it has ", nodes, " nodes; ", station.name, " is at node ", node, " (counted from 0).");
     }
   }
 }
 
-// FMI's strings are UTF-8; bytes that are not are shown as replacement characters.
+}  // namespace
+
 std::string utf8(const std::string& text) {
   try {
     Json(text).dump();
@@ -168,69 +160,27 @@ std::string utf8(const std::string& text) {
   }
 }
 
-std::string decode_percent(const std::string& text) {
-  std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%' && i + 2 < text.size() && std::isxdigit(static_cast<unsigned char>(text[i + 1])) &&
-        std::isxdigit(static_cast<unsigned char>(text[i + 2]))) {
-      result += static_cast<char>(std::stoi(text.substr(i + 1, 2), nullptr, 16));
-      i += 2;
-    } else {
-      result += text[i];
-    }
+std::vector<std::string> modal_files(const Mechanism& mechanism) {
+  std::vector<std::string> files;
+  for (const RigidBodyDef& body : mechanism.multibody.bodies) {
+    if (body.modal && !body.modal->file.empty()) files.push_back(body.modal->file);
   }
-  return result;
+  return files;
 }
-
-std::string lower_case(std::string text) {
-  for (char& c : text) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return text;
-}
-
-// What a URI has before its first colon; empty for a path, perhaps one that starts with a drive.
-std::string scheme_of(const std::string& uri) {
-  const std::size_t colon = uri.find(':');
-  if (colon == std::string::npos || colon < 2 || uri.find_first_of("/\\") < colon) return {};
-  return uri.substr(0, colon);
-}
-
-bool is_this_machine(const std::string& host) {
-  return host.empty() || host == "localhost" || host == "127.0.0.1" || host == "[::1]";
-}
-
-}  // namespace
 
 void load_modal_files(Mechanism& mechanism, const std::string& folder) {
-  for (const ModalFileDef& definition : mechanism.modal_files) {
-    const auto path = std::filesystem::u8path(folder) / definition.file;
+  auto& bodies = mechanism.multibody.bodies;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i].modal || bodies[i].modal->file.empty()) continue;
+    validation::validate_modal_file(bodies[i].name, *bodies[i].modal);
+    const auto path = std::filesystem::u8path(folder) / std::filesystem::u8path(bodies[i].modal->file);
     try {
-      load(mechanism, definition, path);
+      load(bodies[i], path);
+      check_stations(mechanism, static_cast<int>(i));
     } catch (const std::exception& e) {
       fail(utf8(path.u8string()), ": ", e.what());
     }
   }
-}
-
-std::string folder_of_uri(const std::string& uri) {
-  const std::string scheme = scheme_of(uri);
-  if (scheme.empty()) return uri;
-  if (lower_case(scheme) != "file") {
-    fail("The resource location is ", utf8(uri), "; it must be a file URI, as file:///folder.");
-  }
-  std::string path = uri.substr(scheme.size() + 1);
-  if (path.rfind("//", 0) == 0) {  // another machine's name stays: //host/folder is how Windows names it
-    const std::size_t end = std::min(path.find('/', 2), path.size());
-    if (is_this_machine(lower_case(path.substr(2, end - 2)))) path.erase(0, end);
-  }
-  path = decode_percent(path);
-  if (path.find('\0') != std::string::npos) {
-    fail("The resource location is ", utf8(uri), "; %00 is not possible in a path.");
-  }
-  const bool drive =
-      path.size() > 2 && path[0] == '/' && std::isalpha(static_cast<unsigned char>(path[1])) && path[2] == ':';
-  return drive ? path.substr(1) : path;
 }
 
 }  // namespace sigmafmu
