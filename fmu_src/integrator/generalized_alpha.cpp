@@ -13,26 +13,17 @@ GeneralizedAlpha::GeneralizedAlpha(const System& system, const IntegratorSetting
 State GeneralizedAlpha::make_state() const {
   State s = ImplicitIntegrator::make_state();
   s.a = s.vdot;
-  if (settings_.is(Predictor::extrapolated)) {
-    s.vdot_old = s.vdot;
-    s.lambda_old = s.lambda;
-  }
   return s;
 }
 
 // a = Vdot(t + shift h) to first order.
 void GeneralizedAlpha::remember_start(State& s, const VectorXd&, const VectorXd& Vdot, const VectorXd& jerk) {
   s.a = Vdot + alpha_.shift() * s.last_step * jerk;
-  if (settings_.is(Predictor::extrapolated)) {
-    s.vdot_old = s.vdot - s.last_step * jerk;
-    s.lambda_old = s.lambda;
-  }
   s.jacobian_step = 0;
 }
 
 void GeneralizedAlpha::shift_accelerations(State& s, const VectorXd& jump) {
   Integrator::shift_accelerations(s, jump);
-  if (settings_.is(Predictor::extrapolated)) s.vdot_old += jump;
   s.a += jump_of_group(s, jump);
 }
 
@@ -61,16 +52,12 @@ void GeneralizedAlpha::begin(const State& s) {
   offset_ = ((alpha_m - (1 - alpha_m) * (1 - gamma) / gamma) * a_n_ - alpha_f * Vdot_n_) / (1 - alpha_f);
   c_ = h_ * (1 - beta / gamma) * V_n_ + h_ * h_ * (0.5 - beta / gamma) * a_n_;
 
-  if (!residual_form_ || settings_.is(Predictor::zero)) {
-    Vdot_.setZero();
-    lambda_.setZero();
-  } else {
+  if (residual_form_) {
     Vdot_ = Vdot_n_;
     lambda_ = fresh_ ? lambda_n_ : s.lambda;
-    if (settings_.is(Predictor::extrapolated)) {
-      Vdot_ += (h_ / s.last_step) * (s.vdot - s.vdot_old);
-      lambda_ += (h_ / s.last_step) * (s.lambda - s.lambda_old);
-    }
+  } else {
+    Vdot_.setZero();
+    lambda_.setZero();
   }
   a_ = ((1 - alpha_f) * Vdot_ + alpha_f * Vdot_n_ - alpha_m * a_n_) / (1 - alpha_m);
   V_ = V_n_ + h_ * ((1 - gamma) * a_n_ + gamma * a_);
@@ -120,10 +107,6 @@ void GeneralizedAlpha::finish(State& s) {
     s.a = (V_ - V_n_) / (h_ * gamma) - ((1 - gamma) / gamma) * a_n_;  // (14)
   } else {                                                            // last line of the algorithms
     s.a = ((1 - alpha_f) * Vdot_ + alpha_f * Vdot_n_ - alpha_m * a_n_) / (1 - alpha_m);
-  }
-  if (settings_.is(Predictor::extrapolated)) {
-    s.vdot_old = s.vdot;
-    s.lambda_old = s.lambda;
   }
 }
 

@@ -1,4 +1,4 @@
-"""Does the result depend on the predictor and on the iteration matrix? And what does extrapolation save?"""
+"""Does the result depend on the predictor and on the iteration matrix?"""
 
 from pathlib import Path
 from typing import Any
@@ -15,39 +15,33 @@ from sigmafmu.study.chapter import Cell, Results
 from sigmafmu.study.iterations import VARIANTS
 from sigmafmu.study.output import write_csv
 
-PREDICTORS = {"previous": 1, "zero": 2, "extrapolated": 3}
-"""integrator.predictor: v̇ and λ of the step before, zero as printed, or extrapolated."""
 TOLERANCES = {"paper": {}, "tight": {"relative_tolerance": 1e-12, "absolute_tolerance": 1e-14}}
 STEPS = {"HeavyTop": 1e-3, "HighSpeedRotor": 2e-5, "SliderCrank": 2.5e-3}  # s
 TIMES = {"HeavyTop": 0.5, "HighSpeedRotor": 0.02, "SliderCrank": 1.0}  # s
 QUICK_TIMES = {"HeavyTop": 0.1, "HighSpeedRotor": 0.005, "SliderCrank": 0.25}
 HEADER = (
-    *("corrector", "formulation", "tolerance", "predictor", "variant", "h"),
+    *("corrector", "formulation", "tolerance", "variant", "h"),
     *("position", "iterations", "jacobians", "difference", "failed"),
 )
 
 
-def compare(
-    mechanism: str, h: float, stop_time: float, settings: dict[str, float], predictors: tuple[str, ...]
-) -> dict[str, Any]:
-    """Runs from these predictors with every variant of Newton's method and two tolerances.
+def compare(mechanism: str, h: float, stop_time: float, settings: dict[str, float]) -> dict[str, Any]:
+    """Runs with every variant of Newton's method and two tolerances.
 
     `difference`: the largest distance [m] of the followed point to the first run with the same tolerance.
     """
     found = []
     for tolerance, chosen in TOLERANCES.items():
         first = None
-        for predictor in predictors:
-            for variant, newton in VARIANTS.items():
-                own = {"tolerance": tolerance, "predictor": predictor, "variant": variant}
-                everything = {**settings, **chosen, **newton, "predictor": PREDICTORS[predictor]}
-                run = runs.ours(mechanism, h, stop_time, **everything)
-                if "failed" not in run:
-                    history, _ = runs.trajectory(mechanism, h, stop_time, **everything)
-                    position, _ = runs.point_motion(mechanism, history)
-                    first = position if first is None else first
-                    run["difference"] = float(np.linalg.norm(position - first, axis=1).max())
-                found.append(own | run)
+        for variant, newton in VARIANTS.items():
+            everything = {**settings, **chosen, **newton}
+            run = runs.ours(mechanism, h, stop_time, **everything)
+            if "failed" not in run:
+                history, _ = runs.trajectory(mechanism, h, stop_time, **everything)
+                position, _ = runs.point_motion(mechanism, history)
+                first = position if first is None else first
+                run["difference"] = float(np.linalg.norm(position - first, axis=1).max())
+            found.append({"tolerance": tolerance, "variant": variant, **run})
     return {"runs": found}
 
 
@@ -112,9 +106,8 @@ class Predictor:
         for formulation in cases.formulations(mechanism):
             for corrector, name in CORRECTORS.items():
                 settings = cases.settings(mechanism, formulation, corrector=corrector)
-                predictors = tuple(PREDICTORS) if corrector == RESIDUAL else ("zero",)
                 key = f"{FORMULATION_NAMES[formulation]}/{name}"
-                result.append(Cell(key, compare, (mechanism, *steps, settings, predictors)))
+                result.append(Cell(key, compare, (mechanism, *steps, settings)))
         rho = CASES[mechanism].rho_inf[INDEX3]
         for start in algorithm1.STARTS:
             for line6 in algorithm1.LINE_6:
@@ -137,7 +130,7 @@ class Predictor:
                 rows += [{"corrector": corrector, "formulation": formulation, **run} for run in cell["runs"]]
                 spreads.append([mechanism, formulation, corrector, *_spreads(cell["runs"])])
                 if corrector == CORRECTORS[RESIDUAL]:
-                    iterations += _iterations([mechanism, formulation], cell["runs"])
+                    iterations.append([mechanism, formulation, *_iterations(cell["runs"])])
             write_csv(folder / f"predictor_{mechanism}.csv", rows, HEADER)
             for key, cell in found.items():
                 if "|" in key:
@@ -147,16 +140,15 @@ class Predictor:
             for name, near in found["equivalent"].items():
                 nearest.append([mechanism, name, f"{near['sigma']:.2f}", f"{near['distance']:.1e}"])
         parts = [
-            "σ = 1. Each line has the runs from every predictor (v̇ and λ of the step before, zero, extrapolated; the "
-            "incremental form always starts from zero, as printed) with full, simplified and modified Newton. *Spread* "
-            "is the largest distance between their positions; with *tight* tolerances (1e-12 relative, 1e-14 absolute) "
-            "it must vanish if the result belongs to the equations alone, and stays if it belongs to the path.\n",
+            "σ = 1. Each line has the runs with full, simplified and modified Newton. *Spread* is the largest distance "
+            "between their positions; with *tight* tolerances (1e-12 relative, 1e-14 absolute) it must vanish if the "
+            "result belongs to the equations alone, and stays if it belongs to the path.\n",
             markdown_table(
                 ["mechanism", "formulation", "corrector", "discretization error [m]", "spread [m]", "tight [m]"],
                 spreads,
             ),
-            "Mean iterations per step of the residual form from each predictor, tolerances of the paper:\n",
-            markdown_table(["mechanism", "formulation", "Newton", *PREDICTORS], iterations),
+            "Mean iterations per step of the residual form, tolerances of the paper:\n",
+            markdown_table(["mechanism", "formulation", *VARIANTS], iterations),
             "Algorithm 1 (index 3) written down a second time, in NumPy, with the predictor of v̇ (line 1) and the "
             "factor of line 6 left open. As printed it is the core's incremental form; with half the factor it is "
             "Exudyn's. The result moves with the predictor, in one case to divergence: the printed scheme is defined "
@@ -184,16 +176,10 @@ def _spreads(found: list[dict[str, Any]]) -> list[str]:
     return result
 
 
-def _iterations(names: list[str], found: list[dict[str, Any]]) -> list[list[str]]:
-    def figure(variant: str, predictor: str) -> str:
-        run = next(
-            run
-            for run in found
-            if (run["tolerance"], run["variant"], run["predictor"]) == ("paper", variant, predictor)
-        )
-        return "fails" if "failed" in run else f"{run['iterations']:.2f}"
-
-    return [[*names, variant, *(figure(variant, predictor) for predictor in PREDICTORS)] for variant in VARIANTS]
+def _iterations(found: list[dict[str, Any]]) -> list[str]:
+    """One figure for each variant."""
+    chosen = [run for run in found if run["tolerance"] == "paper"]
+    return ["fails" if "failed" in run else f"{run['iterations']:.2f}" for run in chosen]
 
 
 CHAPTER = Predictor()
