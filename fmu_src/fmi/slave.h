@@ -70,7 +70,7 @@ class Slave {
     ConsistentSolver solver;
     std::unique_ptr<Integrator> integrator;
     Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
-        : system(multibody), solver(system), integrator(make_integrator(system, settings)) {}
+        : system(multibody), solver(system), integrator(std::make_unique<Integrator>(system, settings)) {}
   };
   // Outputs of one point, computed as far as asked for.
   struct Outputs {
