@@ -19,7 +19,7 @@ class NewtonMethod {
   static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
   static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
 
-  // `exact`: whether the matrix is the derivative at the iterate, if it is not the user's wish that it is another.
+  // `exact`: whether full Newton's matrix is the derivative of how iterates are made.
   explicit NewtonMethod(const Problem& problem, bool exact = true);
 
   // Sizes what modified Newton keeps from step to step.

@@ -15,7 +15,7 @@
 
 namespace sigmafmu {
 
-// What is known of any method's step, of the group's velocities.
+// What is known at the start of a step of any method; V and Vdot are the group's.
 struct StepStart {
   explicit StepStart(const System& system) : evaluation(system.make_evaluation()) {
     for (VectorXd* x : {&V, &Vdot}) x->setZero(system.velocity_size());
@@ -30,7 +30,7 @@ struct StepStart {
   Evaluation evaluation;  // has B(q_n), in the stabilized index-2 form alone
 };
 
-// What a method makes of it.
+// The constants of the equations above: what tells methods apart.
 struct StepEquations {
   StepEquations(const System& system, bool transported, double sigma)
       : transported(transported), sigma(system.body_count(), sigma) {
@@ -43,6 +43,7 @@ struct StepEquations {
   double slope = 0;
 };
 
+// One end that a step might have.
 class Iterate {
  public:
   // `mixed`: whether the group's velocities are mixed ones.
