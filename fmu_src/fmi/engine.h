@@ -13,7 +13,7 @@ struct Engine {
   Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
       : system(multibody),
         solver(system),
-        integrator(make_integrator(system, settings)),
+        integrator(std::make_unique<Integrator>(system, settings)),
         evaluation(system.make_evaluation()),
         u(VectorXd::Zero(system.input_size())) {
     for (VectorXd* x : {&vdot, &vdot_before, &vdot_after}) x->setZero(system.velocity_size());

@@ -1,6 +1,7 @@
 #include "multibody/system.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lie/r3xso3.h"
 #include "multibody/bodies/rigid_body_inline.h"
@@ -330,6 +331,51 @@ PairBlocks System::blocks(std::vector<Matrix6d>& matrices, const Ends& ends) {
     }
   }
   return result;
+}
+
+void System::gradient_times(const Evaluation& e, const VectorXd& mu, VectorXd& out) const {
+  out.setZero();
+  for (const auto& [joint, body, side] : pattern_.incidences) {
+    const double* row = e.joints[joint].B[side].data();
+    const double* multiplier = mu.data() + lambda_index_[joint];
+    double* of_body = out.data() + kVelocitiesPerBody * body;
+    for (int m = 0; m < joints_[joint].equations(); ++m, row += kVelocitiesPerBody) {
+      for (int c = 0; c < kVelocitiesPerBody; ++c) of_body[c] += multiplier[m] * row[c];
+    }
+  }
+  for (std::size_t k = 0; k < pattern_.modal_incidences.size(); ++k) {
+    const auto& [joint, flexible, side] = pattern_.modal_incidences[k];
+    const MatrixXd& B = e.modal_joints[k].B;
+    const double* multiplier = mu.data() + lambda_index_[joint];
+    for (int m = 0; m < B.rows(); ++m) {
+      out.segment(modal_velocity(flexible), B.cols()) += multiplier[m] * B.row(m).transpose();
+    }
+  }
+}
+
+void System::start_turns(const Evaluation& e, VectorXd& angle) const {
+  for (int j = 0; j < joint_count(); ++j) {
+    if (joints_[j].type() != JointType::revolute) continue;
+    angle[j] = joints_[j].coordinate(attachment(e, j, 0), attachment(e, j, 1));
+  }
+}
+
+// The turn nearest to the angle that the rate predicts.
+void System::count_turns(const Evaluation& e, double h, VectorXd& angle) const {
+  constexpr double kTurn = 2 * 3.14159265358979323846;
+  for (int j = 0; j < joint_count(); ++j) {
+    if (joints_[j].type() != JointType::revolute) continue;
+    const auto &k1 = attachment(e, j, 0), &k2 = attachment(e, j, 1);
+    const double wrapped = joints_[j].coordinate(k1, k2);
+    const double predicted = angle[j] + h * joints_[j].coordinate_rate(k1, k2);
+    angle[j] = wrapped + kTurn * std::round((predicted - wrapped) / kTurn);
+  }
+}
+
+std::vector<bool> System::bodies_in_joints() const {
+  std::vector<bool> held(body_count(), false);
+  for (const auto& incidence : pattern_.incidences) held[incidence.body] = true;
+  return held;
 }
 
 }  // namespace sigmafmu

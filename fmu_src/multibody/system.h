@@ -121,6 +121,12 @@ class System {
   // the centre of mass.
   void linearize(const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
 
+  // out = B^T mu at `e`; mu is laid out as lambda, `out` as v.
+  void gradient_times(const Evaluation& e, const VectorXd& mu, VectorXd& out) const;
+  // The angles of revolute joints in (-pi, pi]; and with their turns, a time h [s] after `angle`, as rates predict.
+  void start_turns(const Evaluation& e, VectorXd& angle) const;
+  void count_turns(const Evaluation& e, double h, VectorXd& angle) const;
+
   // Maxima over all equations [m or 1, m/s or 1/s].
   double position_residual(const Evaluation& e) const;
   double velocity_residual(const Evaluation& e) const;
@@ -137,6 +143,7 @@ class System {
   }
   // Force and torque on body 2 (the node, where it attaches to one), in W.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
+  std::vector<bool> bodies_in_joints() const;
   // Place of a flexible body's node in W [m].
   Vector3d node_position(const Evaluation& e, int body, int node) const;
 

@@ -7,6 +7,19 @@
 namespace sigmafmu {
 namespace {
 
+template <int N>
+using Block = Eigen::Matrix<double, N, N>;
+
+// The lower right N x N.
+template <int N>
+decltype(auto) last(const Matrix6d& X) {
+  if constexpr (N == 6) {
+    return (X);
+  } else {
+    return Block<N>(X.bottomRightCorner<N, N>());
+  }
+}
+
 // Row-major blocks: out (6 x columns, from column `at`) := A^T, for the m x 6 rows A of a joint.
 void write_transposed(const JointRows& A, double* out, int columns, int at) {
   const int m = static_cast<int>(A.rows());
@@ -62,9 +75,15 @@ void NewtonMatrix::add_inertia(const Evaluation& e, int i, double kappa, const R
   if (flexible >= 0) A += kappa * e.flexible[flexible].M.template leftCols<3>() * X;
 }
 
-template <int N>
 bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                             const BodyTangents<N>& tangents, Factorization& f) {
+                             const BodyTangents& tangents, Factorization& f) {
+  return tangents.rotations_only ? factorize_of<3>(e, start, step, tangents, f)
+                                 : factorize_of<6>(e, start, step, tangents, f);
+}
+
+template <int N>
+bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                                const BodyTangents& tangents, Factorization& f) {
   const bool stabilized = formulation_ == Formulation::stabilized_index2;
   const double kappa = step.scale * step.beta_prime;
   const double damping = step.scale * step.gamma_prime;
@@ -83,7 +102,8 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
     }
     if (stabilized && i == j) {  // D P^-1
       D_[i] = S;
-      if (!tangents.identity_P) D_[i].template rightCols<N>() = S.template rightCols<N>() * tangents.P_inverse[i];
+      if (!tangents.identity_P)
+        D_[i].template rightCols<N>() = S.template rightCols<N>() * last<N>(tangents.P_inverse[i]);
       if constexpr (N == 6) add_inertia(e, i, kappa, tangents.F[i], D_[i]);
     }
     using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
@@ -91,7 +111,7 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
     constexpr int left = kVelocitiesPerBody - N;
     block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
     block.template rightCols<N>() =
-        S.template rightCols<N>() * tangents.U[j] + step.scale * e.K[p].template rightCols<N>();
+        S.template rightCols<N>() * last<N>(tangents.U[j]) + step.scale * e.K[p].template rightCols<N>();
     if constexpr (N == 6) {
       if (i == j) add_inertia(e, i, kappa, tangents.E[i], block);
     }
@@ -113,10 +133,10 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
       for (int r = 0; r < m; ++r) {
         for (int c = 0; c < kVelocitiesPerBody - N; ++c) row[r * kVelocitiesPerBody + c] += B(r, c);
       }
-      add_product<N>(B, tangents.U[body], row);
+      add_product<N>(B, last<N>(tangents.U[body]), row);
       continue;
     }
-    add_product<N>(B, tangents.U[body] - BodyTangents<N>::Block::Identity(), row);
+    add_product<N>(B, last<N>(tangents.U[body]) - Block<N>::Identity(), row);
 
     // D P^-1 B_n^T. The damping between two bodies is left out: mu is as small as the truncation error.
     const JointRows& Bn = start.joints[joint].B[side];
@@ -132,7 +152,7 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
     for (const auto& [joint1, side1, joint2, side2, body] : shared_) {  // += B P^-1 B_n^T, lower right corner
       JointRows BP = e.joints[joint1].B[side1];
       if (!tangents.identity_P) {
-        BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[body]).eval();
+        BP.template rightCols<N>() = (BP.template rightCols<N>() * last<N>(tangents.P_inverse[body])).eval();
       }
       const JointRows& Bn = start.joints[joint2].B[side2];
       const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
@@ -147,14 +167,14 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
       }
     }
   }
-  if (system_.flexible_count() > 0) write_modes(e, start, step, tangents, f);
+  if (system_.flexible_count() > 0) write_modes<N>(e, start, step, tangents, f);
   return lu_.factorize(f);
 }
 
 // All blocks with modes, and what modes add to those of frames and joints.
 template <int N>
 void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                               const BodyTangents<N>& tangents, Factorization& f) {
+                               const BodyTangents& tangents, Factorization& f) {
   const bool stabilized = formulation_ == Formulation::stabilized_index2;
   const double kappa = step.scale * step.beta_prime;
   const BlockPattern& pattern = system_.pattern();
@@ -169,9 +189,10 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
     block = S + step.scale * e.modal_K[p];
     if (j >= bodies) continue;
     block.template rightCols<N>() +=
-        S.template rightCols<N>().lazyProduct(tangents.U[j] - BodyTangents<N>::Block::Identity());
-    if (N == 6 && inertia) {
-      block.template rightCols<N>() += kappa * e.modal_M[p].template leftCols<3>().lazyProduct(tangents.E[j]);
+        S.template rightCols<N>().lazyProduct(last<N>(tangents.U[j]) - Block<N>::Identity());
+    if constexpr (N == 6) {
+      if (inertia)
+        block.template rightCols<N>() += kappa * e.modal_M[p].template leftCols<3>().lazyProduct(tangents.E[j]);
     }
   }
   for (const auto& [joint, side, flexible, incidence] : flexible_joints_) {
@@ -202,7 +223,8 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
         const Vector3d FB = tangents.F[body] * PB;
         column.col(m + r) += kappa * e.modal_M[3 * flexible + 1].template leftCols<3>().lazyProduct(FB);
       }
-      if (!tangents.identity_P) PB.template tail<N>() = (tangents.P_inverse[body] * PB.template tail<N>()).eval();
+      if (!tangents.identity_P)
+        PB.template tail<N>() = (last<N>(tangents.P_inverse[body]) * PB.template tail<N>()).eval();
       column.col(m + r) += to_modes->lazyProduct(PB);
     }
     if (incidence < 0) continue;
@@ -222,9 +244,32 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
   }
 }
 
-template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<3>&,
-                                      Factorization&);
-template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<6>&,
-                                      Factorization&);
+void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
+  const bool stabilized = formulation_ == Formulation::stabilized_index2;
+  const double scale = -step.scale;
+  const int n = system_.velocity_size();
+  for (int i = 0; i < n; ++i) x[i] = scale * r[i];
+  for (int j = 0; j < system_.joint_count(); ++j) {  // plain loops: joints have few equations
+    const JointEvaluation& joint = e.joints[j];
+    double* first = x.data() + lambda_offset(j);
+    double* second = stabilized ? x.data() + mu_offset(j) : nullptr;
+    for (int k = 0; k < joint.phi.size(); ++k) {
+      const double rate = joint.phidot[k] / step.gamma_prime;
+      first[k] = formulation_ == Formulation::index2 ? -rate : -joint.phi[k];
+      if (second) second[k] = joint.phi[k] - rate;
+    }
+  }
+}
+
+void NewtonMatrix::add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const {
+  const bool stabilized = formulation_ == Formulation::stabilized_index2;
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const int first = system_.lambda_index(j);
+    for (int k = 0; k < system_.joint(j).equations(); ++k) {
+      lambda[first + k] += x[lambda_offset(j) + k] / step.scale;
+      if (stabilized) mu[first + k] += x[mu_offset(j) + k];
+    }
+  }
+}
 
 }  // namespace sigmafmu

@@ -29,18 +29,16 @@ struct StepScales {
   double scale;        // of dynamics and multipliers, about 1/beta' [s2]
 };
 
-// What the matrix needs of each body. In the last N velocities, 3 on R^3 x SO(3) and 6 on SE(3), U and P differ from
-// the identity. E and F have translational rows alone and are zero on R^3 x SO(3).
-template <int N>
+// What the matrix needs of each body; E and F are translational rows. On R^3 x SO(3) U and P differ from the identity
+// in rotations alone, and E = F = 0: then only the lower right 3x3 of U and P^-1 is read.
 struct BodyTangents {
-  using Block = Eigen::Matrix<double, N, N>;
-  using Rows = Eigen::Matrix<double, 3, N>;
-  std::vector<Block> U, P_inverse;
+  using Rows = Eigen::Matrix<double, 3, 6>;
+  std::vector<Matrix6d> U, P_inverse;
   std::vector<Rows> E, F;
+  bool rotations_only = false;
   bool identity_P = false;
 
-  explicit BodyTangents(int bodies)
-      : U(bodies, Block::Identity()), P_inverse(bodies, Block::Identity()), E(bodies, Rows::Zero()), F(E) {}
+  explicit BodyTangents(int bodies) : U(bodies, Matrix6d::Identity()), P_inverse(U), E(bodies, Rows::Zero()), F(E) {}
 };
 
 class NewtonMatrix {
@@ -49,14 +47,15 @@ class NewtonMatrix {
 
   Factorization make_factorization() const { return lu_.make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
-  template <int N>
   [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                               const BodyTangents<N>& tangents, Factorization& f);
-  // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
+                               const BodyTangents& tangents, Factorization& f);
+  // Of the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_.size(); }
-  int lambda_offset(int joint) const { return lu_.offset(system_.pattern().joint_node(joint)); }
-  int mu_offset(int joint) const { return lambda_offset(joint) + system_.joint(joint).equations(); }
   void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
+  // The right side of a Newton step at `e` with residual r, before it is solved for the increments.
+  void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
+  // Adds the increments x of the multipliers.
+  void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
 
  private:
   struct SharedBody {
@@ -68,9 +67,15 @@ class NewtonMatrix {
   };
   template <typename Rows, typename Matrix>
   void add_inertia(const Evaluation& e, int i, double kappa, const Rows& X, Matrix& A) const;
+  // N: in how many of a body's last velocities the tangents differ from the identity.
   template <int N>
-  void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                   const BodyTangents<N>& tangents, Factorization& f);
+  [[nodiscard]] bool factorize_of(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                                  const BodyTangents& tangents, Factorization& f);
+  template <int N>
+  void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step, const BodyTangents& tangents,
+                   Factorization& f);
+  int lambda_offset(int joint) const { return lu_.offset(system_.pattern().joint_node(joint)); }
+  int mu_offset(int joint) const { return lambda_offset(joint) + system_.joint(joint).equations(); }
 
   const System& system_;
   std::vector<Matrix6d> D_;  // D P^-1 of each body

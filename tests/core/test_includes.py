@@ -80,6 +80,34 @@ def test_the_solver_knows_blocks_only():
             assert all(name.startswith("solve/block_") for name in includes_of(file)[0]), file
 
 
+def test_step_control_knows_no_method():
+    found = {name for ext in (".h", ".cpp") for name in includes_of(f"integrator/step_control{ext}")[0]}
+    assert found == {"integrator/step_control.h", "integrator/method.h"}
+    assert set(includes_of("integrator/method.h")[0]) == {
+        "integrator/state.h",
+        "integrator/step_failure.h",
+        "multibody/input_signal.h",
+    }
+
+
+def test_the_printed_algorithms_are_apart():
+    users = {
+        file
+        for file in FILES
+        if any(name.startswith("integrator/printed/") for name in includes_of(file)[0])
+        and not file.startswith("integrator/printed/")
+    }
+    assert users == {"integrator/integrator.cpp"}
+
+
+def test_the_integrator_knows_no_joints_and_no_blocks():
+    """Of an Evaluation it knows that there is one."""
+    inside = re.compile(r"\bincidences\b|\battachment\(|\bjoint\(|\.joints\b|\bphidot\b|_offset\(")
+    for file in FILES:
+        if file.startswith("integrator/"):
+            assert not inside.search((SOURCES / file).read_text(encoding="utf-8")), file
+
+
 @every_file
 def test_only_the_fmi_layer_knows_fmi(file):
     assert file.startswith("fmi/") or not any("fmi" in name.lower() for name in includes_of(file)[1])

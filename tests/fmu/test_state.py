@@ -12,7 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .helpers import ERROR, Instance, assert_same_bits, inputs, integrator_combinations, parameters, rigid_bodies
+from .helpers import (
+    ERROR,
+    FORMULATIONS,
+    METHODS,
+    NEWTONS,
+    Instance,
+    assert_same_bits,
+    inputs,
+    integrator_combinations,
+    parameters,
+    rigid_bodies,
+)
 
 COMBINATIONS = integrator_combinations()
 
@@ -261,6 +272,29 @@ def test_serialized_states_continue_in_another_process(new, model, fmus_dir, tmp
     )
     for file, trajectory in expected.items():
         assert_same_bits(np.load(f"{file}.npy"), trajectory)
+
+
+@pytest.mark.parametrize("newton", NEWTONS)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("method", METHODS)
+def test_bytes_taken_in_mid_run_are_all_that_a_method_remembers(new, model, method, formulation, newton):
+    """Another instance goes on from them as the first one does, over steps of unequal length and a jump of inputs."""
+    settings = {"method": method, "formulation": formulation, "newton": newton}
+    instance, other = new(model).start({f"integrator.{name}": value for name, value in settings.items()}), new(model)
+    H = communication_step(instance)
+    for part in (1.0, 0.3, 1.0):
+        instance.step(part * H)
+    other.deserialize(instance.serialized())
+    other.time = instance.time
+    runs = []
+    for each in (instance, other):
+        rows = [each.outputs()]
+        for part in (1.0, 0.1, 1.0, 1.0):
+            each.step(part * H)
+            rows.append(each.outputs())
+            shake(each, len(rows))
+        runs.append(np.array(rows))
+    assert_same_bits(*runs)
 
 
 def test_bytes_survive_a_round_trip(new, model):

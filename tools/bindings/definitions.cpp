@@ -183,11 +183,7 @@ void bind_definitions(nb::module_& m) {
       .def_rw("newton", &IntegratorSettings::newton)
       .def_rw("sigma_mode", &IntegratorSettings::sigma_mode)
       .def_rw("step_control", &IntegratorSettings::step_control)
-      .def_rw("error_tolerance", &IntegratorSettings::error_tolerance)
-      .def_rw("predictor", &IntegratorSettings::predictor,
-              "vdot and lambda that the iterations of the residual form start from: 1 those of the last step "
-              "(previous), 2 zero as in Alg. 1, 3 extrapolated linearly from the last two steps. Results agree to "
-              "Newton's tolerance; only the number of iterations changes. The incremental form starts from zero.");
+      .def_rw("error_tolerance", &IntegratorSettings::error_tolerance);
   nb::class_<Mechanism>(m, "Mechanism")
       .def(
           "__init__", [](Mechanism* m, std::string name) { (new (m) Mechanism)->name = std::move(name); },

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "integrator/integrator.h"
-#include "integrator/spin_sigma.h"
+#include "integrator/methods/spin_sigma.h"
 #include "model/mechanism.h"
 #include "solve/start/assembly.h"
 
@@ -22,21 +22,21 @@ struct PySimulation {
       : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
         solver(system),
-        integrator(make_integrator(system, mechanism.integrator)),
-        state(integrator->make_state()),
+        integrator(system, mechanism.integrator),
+        state(integrator.make_state()),
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
     count_turns(mechanism.multibody, state.angle);
   }
   void start() {
-    if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");
+    if (!integrator.initialize(state, input)) throw std::runtime_error("no consistent accelerations");
   }
   // `steps` internal steps of h.
   void advance(double h, int steps) {
     for (int i = 0; i < steps; ++i) {
       StepFailure failure;
-      if (!integrator->step(state, h, input, failure)) {
+      if (!integrator.step(state, h, input, failure)) {
         throw std::runtime_error("step failed at t = " + std::to_string(failure.time));
       }
     }
@@ -76,13 +76,13 @@ struct PySimulation {
         !solver.accelerations(state.q, state.v, after, vdot_after, lambda)) {
       throw std::runtime_error("no consistent accelerations");
     }
-    integrator->shift_accelerations(state, vdot_after - vdot_before);
+    integrator.shift_accelerations(state, vdot_after - vdot_before);
   }
 
   Mechanism mechanism;
   System system;
   ConsistentSolver solver;
-  std::unique_ptr<Integrator> integrator;
+  Integrator integrator;
   State state;
   InputSignal input;
 };

@@ -24,7 +24,7 @@
 #include <cmath>
 #include <vector>
 
-#include "integrator/alpha_parameters.h"
+#include "integrator/methods/alpha_parameters.h"
 #include "model/dense.h"
 #include "model/settings.h"
 #include "multibody/system.h"
@@ -36,11 +36,12 @@ class SpinSigma {
   SpinSigma(const System& system, const IntegratorSettings& settings) : given_(settings.sigma) {
     const bool derived =
         settings.is(Corrector::residual) && settings.is(LieGroup::r3xso3) && settings.is(CoordinateMap::exponential);
-    std::vector<bool> qualified(system.body_count(), derived);
-    for (const auto& incidence : system.pattern().incidences) qualified[incidence.body] = false;
-    for (int f = 0; f < system.flexible_count(); ++f) qualified[system.flexible_body(f)] = false;
     const AlphaParameters alpha(settings.spectral_radius);
-    for (int i = 0; i < system.body_count(); ++i) bodies_.push_back(principal(system.body(i).J, alpha, qualified[i]));
+    const std::vector<bool> in_joints = system.bodies_in_joints();
+    for (int i = 0; i < system.body_count(); ++i) {
+      const bool qualified = derived && !in_joints[i] && system.flexible_index(i) < 0;
+      bodies_.push_back(principal(system.body(i).J, alpha, qualified));
+    }
   }
 
   // For a step of h [s] that starts with w [rad/s] and its derivative wdot [rad/s2], both in body axes.

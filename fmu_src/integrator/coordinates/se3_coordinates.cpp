@@ -1,4 +1,4 @@
-#include "integrator/local_coordinates_of.h"
+#include "integrator/coordinates/local_coordinates_of.h"
 
 namespace sigmafmu {
 

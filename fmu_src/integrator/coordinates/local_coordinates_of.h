@@ -2,28 +2,20 @@
 // it, since compiling both together takes too much memory.
 #pragma once
 
-#include "integrator/local_coordinates.h"
+#include "integrator/coordinates/local_coordinates.h"
+#include "integrator/coordinates/tangents_of.h"
 #include "lie/lgt.h"
-#include "model/dense.h"
 
 namespace sigmafmu {
 namespace {
 
-using lie::Pose;
 using lie::Quaterniond;
-
-Pose pose(const VectorXd& q, int body) {
-  const double* p = q.data() + kPositionsPerBody * body;
-  return {{p[0], p[1], p[2]}, {p[3], p[4], p[5], p[6]}};
-}
 
 void write(const Pose& pose, VectorXd& q, int body) {
   double* p = q.data() + kPositionsPerBody * body;
   p[0] = pose.p.x(), p[1] = pose.p.y(), p[2] = pose.p.z();
   p[3] = pose.quat.w(), p[4] = pose.quat.x(), p[5] = pose.quat.y(), p[6] = pose.quat.z();
 }
-
-Vector6d of_body(const VectorXd& x, int body) { return x.segment<6>(kVelocitiesPerBody * body); }
 
 // All but the absolute coordinates.
 template <class Group>
@@ -34,19 +26,12 @@ class LocalCoordinatesOf : public LocalCoordinates {
   using PartVector = Eigen::Matrix<double, N, 1>;
   using PartMatrix = Eigen::Matrix<double, N, N>;
 
-  static auto part(VectorXd& x, int body) { return x.segment<N>(kVelocitiesPerBody * (body + 1) - N); }
-  static PartVector part(const VectorXd& x, int body) { return x.segment<N>(kVelocitiesPerBody * (body + 1) - N); }
-
-  SIGMAFMU_NOINLINE static PartMatrix P_inverse(double sigma, const PartVector& theta) {
-    const PartMatrix P = sigma * PartMatrix::Identity() + (1 - sigma) * Part::tangent(theta);
-    return inverse(P);
-  }
+  static auto part(VectorXd& x, int body) { return part_of<N>(x, body); }
+  static PartVector part(const VectorXd& x, int body) { return part_of<N>(x, body); }
 
  public:
   explicit LocalCoordinatesOf(const System& system)
-      : bodies_(system.body_count()), modes_(system.modal_count()), tangents_(bodies_) {}
-
-  bool mixed() const override { return kMixed; }
+      : LocalCoordinates(kMixed), bodies_(system.body_count()), modes_(system.modal_count()) {}
 
   void to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& V,
                 VectorXd& Vdot) const override {
@@ -63,8 +48,8 @@ class LocalCoordinatesOf : public LocalCoordinates {
 
   void to_mixed(const VectorXd& q, const VectorXd& V, const VectorXd& Vdot, VectorXd& v,
                 VectorXd& vdot) const override {
-    if (&v != &V) v = V;
-    if (&vdot != &Vdot) vdot = Vdot;
+    v = V;
+    vdot = Vdot;
     if constexpr (!kMixed) {
       for (int i = 0; i < bodies_; ++i) {
         const Quaterniond quat = pose(q, i).quat;
@@ -117,109 +102,60 @@ class LocalCoordinatesOf : public LocalCoordinates {
     if (modes_ > 0) theta.tail(modes_) += dq.segment(kVelocitiesPerBody * bodies_, modes_);
   }
 
-  SIGMAFMU_FLATTEN void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c,
-                                   const VectorXd* b, VectorXd& V) const override {
+  SIGMAFMU_FLATTEN void velocities(const StepEquations& e, const VectorXd& theta, const VectorXd* b,
+                                   VectorXd& V) const override {
+    const double gamma_prime = e.scales.gamma_prime;
     for (int i = 0; i < bodies_; ++i) {
       const Vector6d X = of_body(theta, i);
       const PartVector x = X.template tail<N>();
-      Vector6d w = X - of_body(c, i);
-      if (rule.transported) w.template tail<N>() = Part::tangent_times(x, x - part(c, i));
+      Vector6d w = X - of_body(e.c, i);
+      if (e.transported) w.template tail<N>() = Part::tangent_times(x, x - part(e.c, i));
       if (b) w += of_body(*b, i);
-      if (rule.sigma[i] != 1.0) w.template tail<N>() = (P_inverse(rule.sigma[i], x) * w.template tail<N>()).eval();
-      V.segment<6>(kVelocitiesPerBody * i) = rule.gamma_prime * w;
+      if (e.sigma[i] != 1.0) {
+        w.template tail<N>() = (P_inverse<Part>(e.sigma[i], x) * w.template tail<N>()).eval();
+      }
+      V.segment<6>(kVelocitiesPerBody * i) = gamma_prime * w;
     }
     if (modes_ == 0) return;
-    V.tail(modes_) = rule.gamma_prime * (theta.tail(modes_) - c.tail(modes_));
-    if (b) V.tail(modes_) += rule.gamma_prime * b->tail(modes_);
+    V.tail(modes_) = gamma_prime * (theta.tail(modes_) - e.c.tail(modes_));
+    if (b) V.tail(modes_) += gamma_prime * b->tail(modes_);
   }
 
-  SIGMAFMU_FLATTEN void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
+  SIGMAFMU_FLATTEN void modify(const StepEquations& e, const VectorXd& V, VectorXd& theta) const override {
     for (int i = 0; i < bodies_; ++i) {
       part(theta, i) +=
-          rule.sigma[i] / rule.gamma_prime * (Part::tangent_inverse_times(part(theta, i), part(V, i)) - part(V, i));
+          e.sigma[i] / e.scales.gamma_prime * (Part::tangent_inverse_times(part(theta, i), part(V, i)) - part(V, i));
     }
   }
 
-  void modify_as_printed(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const override {
+  // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of a body, the last V held fixed; theta - c without T in
+  // front where c is not transported. With canonical coordinates T(theta) theta = theta.
+  SIGMAFMU_FLATTEN void tangents(const StepEquations& e, const VectorXd& q_n, const Iterate& at, bool exact,
+                                 BodyTangents& out) const override {
+    begin_tangents<Part>(e, out);
     for (int i = 0; i < bodies_; ++i) {
-      part(theta, i) -= rule.sigma[i] / rule.gamma_prime * Part::commutator(part(V, i), part(theta, i));
+      const PartVector theta = part(at.theta, i);
+      const double sigma = e.sigma[i];
+      PartMatrix P_inv = PartMatrix::Identity(), G = P_inv;
+      if (exact) {
+        PartVector w = (sigma - 1) / e.scales.gamma_prime * part(at.V, i);
+        if (e.transported) w -= part(e.c, i);
+        if (e.transported && !Group::Coordinates::kCanonical) {
+          w += theta;
+          G = Part::tangent(theta);
+        }
+        G = (G + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
+        if (sigma != 1.0) {
+          P_inv = P_inverse<Part>(sigma, theta);
+          G = (P_inv * G).eval();
+        }
+      }
+      store_tangents<Part>(e.scales, q_n, at, i, G, P_inv, out);
     }
-  }
-
-  void solve_P(const VelocityRule& rule, const VectorXd& theta, VectorXd& dV) const override {
-    for (int i = 0; i < bodies_; ++i) {
-      if (rule.sigma[i] != 1.0) part(dV, i) = (P_inverse(rule.sigma[i], part(theta, i)) * part(dV, i)).eval();
-    }
-  }
-
-  bool factorize(NewtonMatrix& matrix, const Evaluation& e, const Evaluation& start, const StepScales& step,
-                 const VelocityRule& rule, const Iterate& at, Derivative derivative, Factorization& f) override {
-    tangents_.identity_P = kMixed;
-    for (int i = 0; i < bodies_; ++i) tangents_.identity_P = tangents_.identity_P && rule.sigma[i] == 1.0;
-    const bool identity = derivative == Derivative::none || (derivative == Derivative::printed && tangents_.identity_P);
-    if (!kMixed || !identity) {
-      for (int i = 0; i < bodies_; ++i) linearize(step, rule, at, derivative, i);
-    }
-    return matrix.factorize(e, start, step, tangents_, f);
   }
 
  protected:
   int bodies_, modes_;
-
- private:
-  // dV = gamma' P^-1 d(T(theta) (theta - c) - P V/gamma') of one body, the last V held fixed; theta - c without T in
-  // front where c is not transported. With canonical coordinates T(theta) theta = theta.
-  SIGMAFMU_FLATTEN void linearize(const StepScales& step, const VelocityRule& rule, const Iterate& at,
-                                  Derivative derivative, int i) {
-    const PartVector theta = part(at.theta, i);
-    const double sigma = rule.sigma[i];
-    const bool identity_P = sigma == 1.0 || derivative == Derivative::none;
-    tangents_.P_inverse[i].setIdentity();
-    if (!identity_P) tangents_.P_inverse[i] = P_inverse(sigma, theta);
-    PartMatrix G = PartMatrix::Identity();
-    if (derivative == Derivative::exact) {
-      PartVector w = (sigma - 1) / rule.gamma_prime * part(at.V, i);
-      if (rule.transported) w -= part(at.c, i);
-      if (rule.transported && !Group::Coordinates::kCanonical) {
-        w += theta;
-        G = Part::tangent(theta);
-      }
-      G = (G + Part::tangent_derivative(theta, w)) * Part::tangent_inverse(theta);
-    }
-    if (!identity_P) G = (tangents_.P_inverse[i] * G).eval();
-    if constexpr (kMixed) {
-      tangents_.U[i] = G;
-    } else {
-      turn(step, at, i, G);
-    }
-  }
-
-  // From the body twist V = (R^T v_WB, w) to mixed velocities, A = diag(R, I): dv = A dV + R (dphi x V_t), and with
-  // d(v_WB)/dt = R s, s = Vdot_t + w x V_t:  d(vdot_WB) = R (dVdot_t + dw x V_t + w x dV_t) + R (dphi x s).
-  void turn(const StepScales& step, const Iterate& at, int i, const PartMatrix& G) {
-    const Matrix3d R = pose(at.q, i).quat.toRotationMatrix(), R_n = pose(at.q_n, i).quat.toRotationMatrix();
-    const Vector6d V = of_body(at.V, i);
-    const Vector3d V_t = V.head<3>(), w = V.tail<3>();
-    const Vector3d s = Vector3d(at.Vdot.segment<3>(kVelocitiesPerBody * i)) + w.cross(V_t);
-    Matrix6d& U = tangents_.U[i];
-    U = G;
-    U.template leftCols<3>() *= R.transpose();
-    auto& E = tangents_.E[i];
-    E = step.gamma_prime / step.beta_prime * R *
-        (lie::hat(w) * U.template topRows<3>() - lie::hat(V_t) * U.template bottomRows<3>());
-    U.template topRows<3>() = (R * U.template topRows<3>()).eval();
-    const Matrix3d turned = R * lie::hat(V_t) / step.gamma_prime;
-    U.template topRightCorner<3, 3>() -= turned;
-    E.template rightCols<3>() += turned - R * lie::hat(s) / step.beta_prime;
-    Matrix6d& P_inverse = tangents_.P_inverse[i];
-    P_inverse.template leftCols<3>() *= R_n.transpose();
-    tangents_.F[i] =
-        step.gamma_prime / step.beta_prime * R *
-        (lie::hat(w) * P_inverse.template topRows<3>() - lie::hat(V_t) * P_inverse.template bottomRows<3>());
-    P_inverse.template topRows<3>() = (R * P_inverse.template topRows<3>()).eval();
-  }
-
-  BodyTangents<N> tangents_;
 };
 
 template <class Absolute, class Group>

@@ -15,16 +15,21 @@
 
 #include <array>
 
-#include "integrator/integrator.h"
+#include "integrator/method.h"
+#include "integrator/problem.h"
 
 namespace sigmafmu {
 
-class MuntheKaas final : public Integrator {
+class MuntheKaas final : public IntegrationMethod {
  public:
-  MuntheKaas(const System& system, const IntegratorSettings& settings);
+  explicit MuntheKaas(Problem& problem);
+
+  void make_state(State&) const override {}
+  void start(State&, const VectorXd&, const VectorXd&, const VectorXd&) const override {}
+  [[nodiscard]] bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) override;
+  void jump(State&, const VectorXd&) const override {}
 
   static constexpr int kMaxStages = 7;
-  using Rates = std::array<VectorXd, kMaxStages + 1>;
   struct Tableau {
     int stages;
     double a[kMaxStages][kMaxStages];
@@ -35,18 +40,20 @@ class MuntheKaas final : public Integrator {
   };
 
  private:
-  bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) override;
-  int control_order() const override { return controlled_ ? tableau_.order : 0; }
   bool evaluate(int stage, double elapsed, const VectorXd& q_n, const InputSignal& input, State& state,
                 StepFailure& failure);
+  void combine(double h, const double* weights, int count);
+  void advance(double h, const double* weights, int count);
+  bool accelerations(double elapsed, const InputSignal& input, State& state, StepFailure& failure);
   bool project(State& state, StepFailure& failure);
   double estimate(double h, int rates);
-  double scaled_error(double h, int& worst_body);
+  double scaled_error(double h, int& worst_body) const;
   bool accepted(StepFailure& failure) const;
 
+  Problem& problem_;
   const Tableau& tableau_;
-  const bool embedded_, controlled_;
-  Rates theta_rate_, V_rate_;  // of the stages, then at the end of the step
+  const bool embedded_;
+  std::array<VectorXd, kMaxStages + 1> theta_rate_, V_rate_;  // of the stages, then at the end of the step
   VectorXd V_n_, theta_, V_, q_, lambda_, u_;
   VectorXd v_, vdot_;  // mixed
 };

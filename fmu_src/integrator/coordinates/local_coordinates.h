@@ -1,7 +1,6 @@
 // What an integrator needs of the group it runs on: the motion of all bodies in a step in local coordinates theta,
 //
-//   q = tau(q_n, theta),   V = T(theta) dtheta/dt                                    (Mueller 2022, Eqs. (18), (19),
-//   (50))
+//   q = tau(q_n, theta),   V = T(theta) dtheta/dt                          (Mueller 2022, Eqs. (18), (19), (50))
 //
 // for one group, one coordinate map and one kind of absolute coordinates; lie/lgt.h lists them. Integrators work with
 // the velocities V of the group, the equations of motion with the mixed ones v = (v_WB in W, w_WB_B); here is where the
@@ -14,32 +13,30 @@
 
 #include <memory>
 
+#include "integrator/implicit/step_equations.h"
 #include "model/settings.h"
-#include "solve/newton_matrix.h"
 
 namespace sigmafmu {
 
-// How an implicit method makes velocities of theta, body by body:
-//   P V = gamma' [T(theta) (theta - c) + b],   P = sigma I + (1 - sigma) T(theta)
-// or theta - c without T in front, where c is not `transported`.
-struct VelocityRule {
-  double gamma_prime;
-  bool transported;
-  const std::vector<double>& sigma;  // of each body
-};
-
 class LocalCoordinates {
  public:
+  explicit LocalCoordinates(bool mixed) : mixed(mixed) {}
   virtual ~LocalCoordinates() = default;
 
-  // Whether V and v are the same, so that a caller needs only one vector for both.
-  virtual bool mixed() const = 0;
+  const bool mixed;  // whether V and v are the same
 
   // V and Vdot at q of mixed velocities and accelerations, and back.
   virtual void to_group(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, VectorXd& V,
                         VectorXd& Vdot) const = 0;
   virtual void to_mixed(const VectorXd& q, const VectorXd& V, const VectorXd& Vdot, VectorXd& v,
                         VectorXd& vdot) const = 0;
+  // The same of an iterate, whose vectors may be the same.
+  void iterate_to_group(Iterate& at) const {
+    if (!mixed) to_group(at.q, at.v(), at.vdot(), at.V, at.Vdot);
+  }
+  void iterate_to_mixed(Iterate& at) const {
+    if (!mixed) to_mixed(at.q, at.V, at.Vdot, at.v(), at.vdot());
+  }
   // The group's entries of a mixed vector that is linear in velocities, in place.
   virtual void turn_to_group(const VectorXd& q, VectorXd& x) const = 0;
   // d(Vdot)/dt of d(vdot)/dt.
@@ -56,24 +53,14 @@ class LocalCoordinates {
   virtual void rate(const VectorXd& theta, const VectorXd& V, VectorXd& thetadot) const = 0;
   // theta after a further motion of the bodies at q = tau(q_n, theta) by dq (W, body axes) to first order.
   virtual void add_motion(const VectorXd& q, const VectorXd& dq, VectorXd& theta) const = 0;
-  // V by the rule; b may be null.
-  virtual void velocities(const VelocityRule& rule, const VectorXd& theta, const VectorXd& c, const VectorXd* b,
-                          VectorXd& V) const = 0;
-  // theta += sigma/gamma' (T(theta)^-1 V - V): right side of (12) with (16) for velocities V.
-  virtual void modify(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const = 0;
-  // theta -= sigma/gamma' [V, theta]: line 6 of Algorithm 1 as printed.
-  virtual void modify_as_printed(const VelocityRule& rule, const VectorXd& V, VectorXd& theta) const = 0;
-  // dV := P^-1 dV.
-  virtual void solve_P(const VelocityRule& rule, const VectorXd& theta, VectorXd& dV) const = 0;
 
-  // An iterate of Newton's method.
-  struct Iterate {
-    const VectorXd &q_n, &q, &theta, &c, &V, &Vdot;
-  };
-  enum class Derivative { exact, printed, none };  // of V: exact; P^-1, as Algorithm 2 has it; the identity
-  [[nodiscard]] virtual bool factorize(NewtonMatrix& matrix, const Evaluation& e, const Evaluation& start,
-                                       const StepScales& step, const VelocityRule& rule, const Iterate& at,
-                                       Derivative derivative, Factorization& f) = 0;
+  // Of the equations of a step: V, where b = B(q_n)^T mu may be null;
+  virtual void velocities(const StepEquations& e, const VectorXd& theta, const VectorXd* b, VectorXd& V) const = 0;
+  // theta += sigma/gamma' (T(theta)^-1 V - V): right side of (12) with (16) for velocities V;
+  virtual void modify(const StepEquations& e, const VectorXd& V, VectorXd& theta) const = 0;
+  // the derivatives of velocities and accelerations at an iterate; with T = P = I unless `exact`.
+  virtual void tangents(const StepEquations& e, const VectorXd& q_n, const Iterate& at, bool exact,
+                        BodyTangents& out) const = 0;
 };
 
 std::unique_ptr<LocalCoordinates> make_local_coordinates(const System& system, const IntegratorSettings& settings);

@@ -1,6 +1,8 @@
 // Parameters of the generalized-alpha family.
 #pragma once
 
+#include "solve/newton_matrix.h"
+
 namespace sigmafmu {
 
 struct AlphaParameters {
@@ -16,6 +18,10 @@ struct AlphaParameters {
     AlphaParameters p(1.0);
     p.alpha_m = p.alpha_f = 0.0;
     return p;
+  }
+  // gamma' and beta' of a step of h: Eq. (64).
+  StepScales scales(double h) const {
+    return {gamma / (h * beta), (1 - alpha_m) / (h * h * beta * (1 - alpha_f)), beta * h * h};
   }
   // a_n approximates vdot(t_n + shift h).
   double shift() const { return alpha_m - alpha_f; }
