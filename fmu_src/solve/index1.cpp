@@ -28,7 +28,7 @@ double largest(const Vector& x) {
 ConsistentSolver::ConsistentSolver(const System& system)
     : system_(system),
       evaluation_(system.make_evaluation()),
-      lu_(make_kkt_solver(system.pattern(), 1)),
+      lu_(make_kkt_solver(system.pattern(), Kkt::index1)),
       factorization_(lu_.make_factorization()) {
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
@@ -41,10 +41,9 @@ ConsistentSolver::ConsistentSolver(const System& system)
 bool ConsistentSolver::factorize() {
   lu_.clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
-  for (const auto& [i, j] : system_.pattern().body_pairs) {
-    auto M = lu_.block(factorization_, i, j);
+  for (int i = 0; i < system_.body_count(); ++i) {
+    auto M = lu_.block(factorization_, i, i);
     M.setZero();
-    if (i != j) continue;
     M.diagonal().head<3>().setConstant(system_.body(i).mass);
     M.bottomRightCorner<3, 3>() = system_.body(i).J;
   }
@@ -52,13 +51,9 @@ bool ConsistentSolver::factorize() {
     const int i = system_.flexible_body(f);
     lu_.block(factorization_, i, i) += evaluation_.flexible[f].M;
   }
-  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
+  for (std::size_t p = 0; p < evaluation_.modal_M.size(); ++p) {
     const auto [i, j] = pattern.modal_pairs[p];
-    if (p < evaluation_.modal_M.size()) {
-      lu_.block(factorization_, i, j) = evaluation_.modal_M[p];
-    } else {
-      lu_.block(factorization_, i, j).setZero();
-    }
+    lu_.block(factorization_, i, j) = evaluation_.modal_M[p];
   }
   for (const auto& [joint, body, side] : pattern.incidences) {
     const JointRows& B = evaluation_.joints[joint].B[side];

@@ -1,30 +1,91 @@
 #include "solve/kkt_layout.h"
 
 namespace sigmafmu {
+namespace {
 
-BlockLU make_kkt_solver(const BlockPattern& pattern, int sets) {
-  std::vector<int> sizes = pattern.body_sizes;
-  sizes.insert(sizes.end(), pattern.modal_sizes.begin(), pattern.modal_sizes.end());
-  std::vector<int> stage(sizes.size(), 0);
-  for (int m : pattern.joint_sizes) {
-    sizes.push_back(sets * m);
-    stage.push_back(1);
+// Bodies that a joint must follow, so that its equations are regular when all bodies that are left stand still.
+//
+// A spanning tree of the bodies, rooted on the ground, ties each body to its parent by a joint of its own. Any joint
+// closes a way along the tree from one of its bodies to the other. The bodies of this way, but for the one next to the
+// root, move against each other as freely as in the mechanism, whatever stands still besides: the joint follows these.
+// For a joint of the tree it is the child alone.
+std::vector<std::vector<int>> bodies_before_joints(const BlockPattern& pattern) {
+  const int bodies = static_cast<int>(pattern.body_sizes.size()), ground = bodies;
+  const int joints = static_cast<int>(pattern.joint_sizes.size());
+  std::vector<std::pair<int, int>> ends(joints, {ground, ground});
+  for (const auto& i : pattern.incidences) (i.side == 0 ? ends[i.joint].first : ends[i.joint].second) = i.body;
+  std::vector<std::vector<int>> beside(bodies + 1);
+  for (const auto& [a, b] : ends) {
+    beside[a].push_back(b);
+    beside[b].push_back(a);
   }
-  auto edges = pattern.body_pairs;
-  edges.insert(edges.end(), pattern.modal_pairs.begin(), pattern.modal_pairs.end());
-  for (const auto& i : pattern.incidences) edges.emplace_back(pattern.joint_node(i.joint), i.body);
-  for (const auto& i : pattern.modal_incidences) {
-    edges.emplace_back(pattern.joint_node(i.joint), pattern.modal_node(i.body));
-  }
-  if (sets == 2) {  // mu of a joint moves the modes of a flexible body whose frame it holds
-    for (const auto& i : pattern.incidences) {
-      for (std::size_t f = 0; f < pattern.modal_sizes.size(); ++f) {
-        const auto [frame, modes] = pattern.modal_pairs[3 * f];
-        if (frame == i.body) edges.emplace_back(pattern.joint_node(i.joint), modes);
+
+  std::vector<int> parent(bodies + 1, -1), depth(bodies + 1, -1), found;
+  for (int root = ground; root >= 0; --root) {  // the ground, then bodies that nothing ties to it
+    if (depth[root] >= 0) continue;
+    depth[root] = 0;
+    found.assign(1, root);
+    for (std::size_t next = 0; next < found.size(); ++next) {  // breadth first: short ways
+      for (int i : beside[found[next]]) {
+        if (depth[i] >= 0) continue;
+        depth[i] = depth[found[next]] + 1;
+        parent[i] = found[next];
+        found.push_back(i);
       }
     }
   }
-  return BlockLU(sizes, edges, stage);
+
+  std::vector<std::vector<int>> before(joints);
+  for (int j = 0; j < joints; ++j) {
+    auto [a, b] = ends[j];
+    while (a != b) {
+      int& lower = depth[a] > depth[b] ? a : b;
+      before[j].push_back(lower);
+      lower = parent[lower];
+    }
+  }
+  return before;
+}
+
+}  // namespace
+
+BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form) {
+  const bool stabilized = form == Kkt::stabilized;
+  const std::size_t bodies = pattern.body_sizes.size(), flexible = pattern.modal_sizes.size();
+  std::vector<int> sizes = pattern.body_sizes;
+  sizes.insert(sizes.end(), pattern.modal_sizes.begin(), pattern.modal_sizes.end());
+  for (int m : pattern.joint_sizes) sizes.push_back(stabilized ? 2 * m : m);
+
+  auto assigned = pattern.body_pairs, modal = pattern.modal_pairs;
+  if (form == Kkt::index1) {  // M couples nothing but the frame and the modes of a body
+    assigned.resize(bodies);
+    modal.resize(3 * flexible);
+  }
+  assigned.insert(assigned.end(), modal.begin(), modal.end());
+  for (const auto& i : pattern.incidences) assigned.emplace_back(pattern.joint_node(i.joint), i.body);
+  for (const auto& i : pattern.modal_incidences) {
+    assigned.emplace_back(pattern.joint_node(i.joint), pattern.modal_node(i.body));
+  }
+  BlockGraph graph(sizes);
+  if (stabilized) {
+    std::vector<std::vector<int>> joints(bodies);  // at each body
+    for (const auto& i : pattern.incidences) joints[i.body].push_back(pattern.joint_node(i.joint));
+    for (std::size_t f = 0; f < flexible; ++f) {  // mu of a joint moves the modes of a body whose frame it holds
+      const auto [frame, modes] = pattern.modal_pairs[3 * f];
+      for (int joint : joints[frame]) assigned.emplace_back(joint, modes);
+    }
+    std::vector<std::pair<int, int>> meeting;  // B B^T
+    for (const auto& together : joints) {
+      for (int a : together) {
+        for (int b : together) meeting.emplace_back(a, b);
+      }
+    }
+    graph.connect(meeting);
+  }
+  graph.connect(assigned);
+  const auto before = bodies_before_joints(pattern);
+  for (std::size_t j = 0; j < before.size(); ++j) graph.after[pattern.joint_node(static_cast<int>(j))] = before[j];
+  return BlockLU(graph, assigned, elimination_order(graph));
 }
 
 }  // namespace sigmafmu

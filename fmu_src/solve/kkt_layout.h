@@ -1,6 +1,5 @@
-// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible
-// bodies, then joints with `sets` unknowns per
-// equation.
+// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible bodies, then joints with one or
+// two unknowns per equation.
 #pragma once
 
 #include "multibody/system.h"
@@ -8,7 +7,12 @@
 
 namespace sigmafmu {
 
-// sets = 1: (motion, lambda); sets = 2: (motion, lambda and mu). Bodies and modes are eliminated before joints.
-BlockLU make_kkt_solver(const BlockPattern& pattern, int sets);
+enum class Kkt {
+  index1,      // M and B alone: vdot and lambda
+  newton,      // C and K as well: motion and lambda
+  stabilized,  // motion, lambda and mu
+};
+
+BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form);
 
 }  // namespace sigmafmu

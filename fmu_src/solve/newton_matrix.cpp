@@ -35,7 +35,8 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
     : system_(system),
       D_(system.body_count(), Matrix6d::Zero()),
       formulation_(formulation),
-      lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
+      lu_(make_kkt_solver(system.pattern(),
+                          formulation == Formulation::stabilized_index2 ? Kkt::stabilized : Kkt::newton)) {
   for (const auto& a : system.pattern().incidences) {
     for (const auto& b : system.pattern().incidences) {
       if (a.body == b.body) shared_.push_back({a.joint, a.side, b.joint, b.side, a.body});

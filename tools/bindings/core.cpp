@@ -9,6 +9,7 @@ void bind_definitions(nb::module_& m);
 void bind_system(nb::module_& m);
 void bind_outputs(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_solve(nb::module_& m);
 void bind_master(nb::module_& m);
 
 NB_MODULE(_core, m) {
@@ -20,5 +21,6 @@ NB_MODULE(_core, m) {
   bind_system(m);
   bind_outputs(m);
   bind_simulation(m);
+  bind_solve(m);
   bind_master(m);
 }
