@@ -99,8 +99,9 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated first, which leaves
-// their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show it.
+// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated before their joints,
+// which leaves their equations no error but rounding: where light bodies cost digits, it is the joints' equations that
+// show it.
 double ConsistentSolver::constraint_defect() {
   defect_ = gamma_;
   for (const auto& [joint, body, side] : system_.pattern().incidences) {

@@ -3,21 +3,28 @@
 namespace sigmafmu {
 namespace {
 
-// Bodies that a joint must follow, so that its equations are regular when all bodies that are left stand still.
+using Lists = std::vector<std::vector<int>>;
+
+// The bodies of each joint.
+Lists bodies_of_joints(const BlockPattern& pattern) {
+  Lists bodies(pattern.joint_sizes.size());
+  for (const auto& i : pattern.incidences) bodies[i.joint].push_back(i.body);
+  return bodies;
+}
+
+// Bodies that each joint follows at least, so that its equations are regular when all bodies that are left stand still.
 //
 // A spanning tree of the bodies, rooted on the ground, ties each body to its parent by a joint of its own. Any joint
 // closes a way along the tree from one of its bodies to the other. The bodies of this way, but for the one next to the
 // root, move against each other as freely as in the mechanism, whatever stands still besides: the joint follows these.
 // For a joint of the tree it is the child alone.
-std::vector<std::vector<int>> bodies_before_joints(const BlockPattern& pattern) {
+Lists bodies_on_ways(const BlockPattern& pattern) {
   const int bodies = static_cast<int>(pattern.body_sizes.size()), ground = bodies;
-  const int joints = static_cast<int>(pattern.joint_sizes.size());
-  std::vector<std::pair<int, int>> ends(joints, {ground, ground});
-  for (const auto& i : pattern.incidences) (i.side == 0 ? ends[i.joint].first : ends[i.joint].second) = i.body;
-  std::vector<std::vector<int>> beside(bodies + 1);
-  for (const auto& [a, b] : ends) {
-    beside[a].push_back(b);
-    beside[b].push_back(a);
+  Lists ends = bodies_of_joints(pattern), beside(bodies + 1);
+  for (auto& pair : ends) {
+    pair.resize(2, ground);
+    beside[pair[0]].push_back(pair[1]);
+    beside[pair[1]].push_back(pair[0]);
   }
 
   std::vector<int> parent(bodies + 1, -1), depth(bodies + 1, -1), found;
@@ -35,12 +42,12 @@ std::vector<std::vector<int>> bodies_before_joints(const BlockPattern& pattern) 
     }
   }
 
-  std::vector<std::vector<int>> before(joints);
-  for (int j = 0; j < joints; ++j) {
-    auto [a, b] = ends[j];
-    while (a != b) {
+  Lists before;
+  for (const auto& pair : ends) {
+    before.emplace_back();
+    for (int a = pair[0], b = pair[1]; a != b;) {
       int& lower = depth[a] > depth[b] ? a : b;
-      before[j].push_back(lower);
+      before.back().push_back(lower);
       lower = parent[lower];
     }
   }
@@ -68,7 +75,7 @@ BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form) {
   }
   BlockGraph graph(sizes);
   if (stabilized) {
-    std::vector<std::vector<int>> joints(bodies);  // at each body
+    Lists joints(bodies);  // at each body
     for (const auto& i : pattern.incidences) joints[i.body].push_back(pattern.joint_node(i.joint));
     for (std::size_t f = 0; f < flexible; ++f) {  // mu of a joint moves the modes of a body whose frame it holds
       const auto [frame, modes] = pattern.modal_pairs[3 * f];
@@ -83,7 +90,9 @@ BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form) {
     graph.connect(meeting);
   }
   graph.connect(assigned);
-  const auto before = bodies_before_joints(pattern);
+  // Both bodies of a joint before it cost more, but that keeps apart what light bodies say and what heavy ones say: the
+  // index-1 form is to be solved to the last digits.
+  const Lists before = form == Kkt::index1 ? bodies_of_joints(pattern) : bodies_on_ways(pattern);
   for (std::size_t j = 0; j < before.size(); ++j) graph.after[pattern.joint_node(static_cast<int>(j))] = before[j];
   return BlockLU(graph, assigned, elimination_order(graph));
 }
