@@ -22,19 +22,19 @@ bool same_time(double a, double b, double step) {
   return std::abs(a - b) <= 1e-4 * step + 4 * kEpsilon * std::max(std::abs(a), std::abs(b));
 }
 
-Mechanism with_joint_values(Mechanism mechanism) {
-  find_joint_values(mechanism.multibody);
+Mechanism with_joint_values(Mechanism mechanism, KktPlans plans) {
+  find_joint_values(mechanism.multibody, plans);
   return mechanism;
 }
 
 }  // namespace
 
 Slave::Slave(Mechanism defaults, std::string identity, Reporter report)
-    : defaults_(with_joint_values(std::move(defaults))),
+    : defaults_(with_joint_values(std::move(defaults), plans_)),
       identity_(std::move(identity)),
       report_(std::move(report)),
       mechanism_(defaults_),
-      engine_(std::make_unique<Engine>(mechanism_.multibody, mechanism_.integrator)) {
+      engine_(std::make_unique<Engine>(mechanism_.multibody, mechanism_.integrator, plans_)) {
   variables_ = make_variables(mechanism_, engine_->system);
   for (unsigned i = 0; i < variables_.size(); ++i) {
     if (variables_[i].causality == Causality::parameter) parameter_references_.push_back(i);
@@ -66,7 +66,7 @@ IntegratorSettings Slave::settings() const {
 
 // New engine and zero state for the present parameters; inputs keep their values.
 void Slave::build() {
-  engine_ = std::make_unique<Engine>(mechanism_.multibody, settings());
+  engine_ = std::make_unique<Engine>(mechanism_.multibody, settings(), plans_);
   const System& system = engine_->system;
   data_.state = engine_->integrator->make_state();
   if (data_.input.derivative[0].size() != system.input_size()) data_.input = InputSignal(system.input_size());

@@ -69,8 +69,8 @@ class Slave {
     System system;
     ConsistentSolver solver;
     std::unique_ptr<Integrator> integrator;
-    Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
-        : system(multibody), solver(system), integrator(make_integrator(system, settings)) {}
+    Engine(const MultibodyDef& multibody, const IntegratorSettings& settings, KktPlans plans)
+        : system(multibody), solver(system, plans), integrator(make_integrator(system, settings, plans)) {}
   };
   // Outputs of one point, computed as far as asked for.
   struct Outputs {
@@ -99,6 +99,7 @@ class Slave {
   void describe_failure(const StepFailure& failure);
   std::string describe_position();
 
+  KktPlans plans_;  // of every engine: parameters do not change the topology
   const Mechanism defaults_;
   const std::string identity_;
   Reporter report_;

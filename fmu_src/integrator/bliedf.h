@@ -15,7 +15,8 @@ namespace sigmafmu {
 
 class BLieDF final : public ImplicitIntegrator {
  public:
-  BLieDF(const System& system, const IntegratorSettings& settings) : ImplicitIntegrator(system, settings) {}
+  BLieDF(const System& system, const IntegratorSettings& settings, KktPlans plans)
+      : ImplicitIntegrator(system, settings, plans) {}
 
   State make_state() const override;
   void shift_accelerations(State& state, const VectorXd& jump) override;

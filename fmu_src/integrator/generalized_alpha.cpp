@@ -2,8 +2,8 @@
 
 namespace sigmafmu {
 
-GeneralizedAlpha::GeneralizedAlpha(const System& system, const IntegratorSettings& settings)
-    : ImplicitIntegrator(system, settings),
+GeneralizedAlpha::GeneralizedAlpha(const System& system, const IntegratorSettings& settings, KktPlans plans)
+    : ImplicitIntegrator(system, settings, plans),
       alpha_(settings.spectral_radius),
       residual_form_(settings.is(Corrector::residual)),
       spin_sigma_(system, settings) {

@@ -28,7 +28,7 @@ namespace sigmafmu {
 
 class GeneralizedAlpha final : public ImplicitIntegrator {
  public:
-  GeneralizedAlpha(const System& system, const IntegratorSettings& settings);
+  GeneralizedAlpha(const System& system, const IntegratorSettings& settings, KktPlans plans);
 
   State make_state() const override;
   void shift_accelerations(State& state, const VectorXd& jump) override;

@@ -6,12 +6,12 @@
 
 namespace sigmafmu {
 
-ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSettings& settings)
-    : Integrator(system, settings),
+ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorSettings& settings, KktPlans plans)
+    : Integrator(system, settings, plans),
       sigma_(system.body_count(), settings.is(Method::generalized_alpha) ? settings.sigma : 1.0),
       stabilized_(settings.is(Formulation::stabilized_index2) && system.constraint_size() > 0),
       transported_(settings.is(Method::generalized_alpha)),
-      matrix_(system, static_cast<Formulation>(settings.formulation)),
+      matrix_(system, static_cast<Formulation>(settings.formulation), plans),
       v_(coordinates_->mixed() ? V_ : own_v_),
       vdot_(coordinates_->mixed() ? Vdot_ : own_vdot_),
       evaluation_(system.make_evaluation()),

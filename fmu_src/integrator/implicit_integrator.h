@@ -34,7 +34,7 @@ class ImplicitIntegrator : public Integrator {
   static constexpr double kDrift = 1e-12;  // [s]
 
  protected:
-  ImplicitIntegrator(const System& system, const IntegratorSettings& settings);
+  ImplicitIntegrator(const System& system, const IntegratorSettings& settings, KktPlans plans);
 
   // Sets scales_, c_, slope_, offset_ and the predicted theta_, lambda_ for a step of h_ from V_n_, Vdot_n_,
   // if `fresh_` with lambda_n_ and without what the method remembers.

@@ -14,11 +14,11 @@ constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
 
-Integrator::Integrator(const System& system, const IntegratorSettings& settings)
+Integrator::Integrator(const System& system, const IntegratorSettings& settings, KktPlans plans)
     : system_(system),
       settings_(settings),
       coordinates_(make_local_coordinates(system, settings)),
-      solver_(system),
+      solver_(system, plans),
       measure_(system) {
   jump_.setZero(system.velocity_size());
 }
@@ -137,15 +137,15 @@ void Integrator::commit(State& s, double h, const VectorXd& q, const VectorXd& v
   ++s.counters.steps;
 }
 
-std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings) {
+std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings, KktPlans plans) {
   switch (static_cast<Method>(settings.method)) {
     case Method::rkmk4:
     case Method::rkmk54:
-      return std::make_unique<MuntheKaas>(system, settings);
+      return std::make_unique<MuntheKaas>(system, settings, plans);
     case Method::bliedf2:
-      return std::make_unique<BLieDF>(system, settings);
+      return std::make_unique<BLieDF>(system, settings, plans);
     default:
-      return std::make_unique<GeneralizedAlpha>(system, settings);
+      return std::make_unique<GeneralizedAlpha>(system, settings, plans);
   }
 }
 

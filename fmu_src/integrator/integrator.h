@@ -39,7 +39,7 @@ class Integrator {
   [[nodiscard]] bool step(State& state, double h, const InputSignal& input, StepFailure& failure);
 
  protected:
-  Integrator(const System& system, const IntegratorSettings& settings);
+  Integrator(const System& system, const IntegratorSettings& settings, KktPlans plans);
 
   // One step of h. On failure the state is as before, but for its counters.
   [[nodiscard]] virtual bool attempt(State& state, double h, const InputSignal& input, StepFailure& failure) = 0;
@@ -71,6 +71,7 @@ class Integrator {
   VectorXd jump_;
 };
 
-std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings);
+std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings,
+                                            KktPlans plans = {});
 
 }  // namespace sigmafmu

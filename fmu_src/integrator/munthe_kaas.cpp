@@ -39,8 +39,8 @@ void combine(const double* weights, const MuntheKaas::Rates& k, int count, Vecto
 
 }  // namespace
 
-MuntheKaas::MuntheKaas(const System& system, const IntegratorSettings& settings)
-    : Integrator(system, settings),
+MuntheKaas::MuntheKaas(const System& system, const IntegratorSettings& settings, KktPlans plans)
+    : Integrator(system, settings, plans),
       tableau_(settings.is(Method::rkmk54) ? kDormandPrince : kClassical),
       embedded_(settings.is(Method::rkmk54)),
       controlled_(embedded_ || settings.is(StepControl::error)) {

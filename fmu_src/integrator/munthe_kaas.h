@@ -21,7 +21,7 @@ namespace sigmafmu {
 
 class MuntheKaas final : public Integrator {
  public:
-  MuntheKaas(const System& system, const IntegratorSettings& settings);
+  MuntheKaas(const System& system, const IntegratorSettings& settings, KktPlans plans);
 
   static constexpr int kMaxStages = 7;
   using Rates = std::array<VectorXd, kMaxStages + 1>;

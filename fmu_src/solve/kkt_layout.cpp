@@ -54,9 +54,7 @@ Lists bodies_on_ways(const BlockPattern& pattern) {
   return before;
 }
 
-}  // namespace
-
-BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form) {
+BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
   const bool stabilized = form == Kkt::stabilized;
   const std::size_t bodies = pattern.body_sizes.size(), flexible = pattern.modal_sizes.size();
   std::vector<int> sizes = pattern.body_sizes;
@@ -95,6 +93,14 @@ BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form) {
   const Lists before = form == Kkt::index1 ? bodies_of_joints(pattern) : bodies_on_ways(pattern);
   for (std::size_t j = 0; j < before.size(); ++j) graph.after[pattern.joint_node(static_cast<int>(j))] = before[j];
   return BlockLU(graph, assigned, elimination_order(graph));
+}
+
+}  // namespace
+
+std::shared_ptr<const BlockLU> KktPlans::get(const BlockPattern& pattern, Kkt form) {
+  std::shared_ptr<const BlockLU>& plan = (*plans_)[static_cast<std::size_t>(form)];
+  if (!plan) plan = std::make_shared<const BlockLU>(make_plan(pattern, form));
+  return plan;
 }
 
 }  // namespace sigmafmu

@@ -2,6 +2,9 @@
 // two unknowns per equation.
 #pragma once
 
+#include <array>
+#include <memory>
+
 #include "multibody/system.h"
 #include "solve/block_lu.h"
 
@@ -13,6 +16,15 @@ enum class Kkt {
   stabilized,  // motion, lambda and mu
 };
 
-BlockLU make_kkt_solver(const BlockPattern& pattern, Kkt form);
+// Plans of factorization for systems of one topology. Each is made when it is asked for the first time; copies share
+// them. One thread at a time.
+class KktPlans {
+ public:
+  std::shared_ptr<const BlockLU> get(const BlockPattern& pattern, Kkt form);
+
+ private:
+  using Plans = std::array<std::shared_ptr<const BlockLU>, 3>;
+  std::shared_ptr<Plans> plans_ = std::make_shared<Plans>();
+};
 
 }  // namespace sigmafmu

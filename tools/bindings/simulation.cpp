@@ -21,8 +21,8 @@ struct PySimulation {
   explicit PySimulation(const Mechanism& m)
       : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
-        solver(system),
-        integrator(make_integrator(system, mechanism.integrator)),
+        solver(system, plans),
+        integrator(make_integrator(system, mechanism.integrator, plans)),
         state(integrator->make_state()),
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
@@ -80,6 +80,7 @@ struct PySimulation {
 
   Mechanism mechanism;
   System system;
+  KktPlans plans;
   ConsistentSolver solver;
   std::unique_ptr<Integrator> integrator;
   State state;

@@ -61,7 +61,7 @@ void bind_solve(nb::module_& m) {
       .def(
           "__init__",
           [](BlockLU* lu, const MultibodyDef& d, Kkt form) {
-            new (lu) BlockLU(make_kkt_solver(System((validate(d), d)).pattern(), form));
+            new (lu) BlockLU(*KktPlans().get(System((validate(d), d)).pattern(), form));
           },
           "multibody"_a, "form"_a)
       .def_prop_ro("cost", &BlockLU::cost, "Multiplications of a factorization.")
