@@ -20,7 +20,7 @@ function(sigmafmu_optimize_start_little folder)
     return()
   endif()
   foreach(file model/eigenvalues.cpp model/json.cpp model/modal_constants.cpp model/modal_file.cpp model/validate_modal.cpp
-               solve/start/assembly.cpp solve/start/contradiction.cpp solve/start/dependent_equations.cpp
+               solve/order.cpp solve/start/assembly.cpp solve/start/contradiction.cpp solve/start/dependent_equations.cpp
                solve/start/held_projection.cpp solve/start/held_refusal.cpp solve/start/least_squares.cpp
                fmi/variables.cpp)
     set_property(SOURCE ${folder}${file} PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)

@@ -10,10 +10,10 @@
 namespace sigmafmu {
 
 struct Engine {
-  Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
+  Engine(const MultibodyDef& multibody, const IntegratorSettings& settings, const KktPlans& plans)
       : system(multibody),
-        solver(system),
-        integrator(std::make_unique<Integrator>(system, settings)),
+        solver(system, plans),
+        integrator(std::make_unique<Integrator>(system, settings, plans)),
         evaluation(system.make_evaluation()),
         u(VectorXd::Zero(system.input_size())) {
     for (VectorXd* x : {&vdot, &vdot_before, &vdot_after}) x->setZero(system.velocity_size());

@@ -13,9 +13,9 @@ namespace {
 
 constexpr char kDamaged[] = "The serialized FMU state is damaged.";
 
-Mechanism with_joint_values(Mechanism mechanism) {
+Mechanism with_joint_values(Mechanism mechanism, const KktPlans& plans) {
   validate(mechanism);
-  find_joint_values(mechanism.multibody);
+  find_joint_values(mechanism.multibody, plans);
   return mechanism;
 }
 
@@ -23,7 +23,7 @@ Mechanism with_joint_values(Mechanism mechanism) {
 
 Slave::Slave(Mechanism mechanism, std::string identity, Listener* listener)
     : identity_(std::move(identity)),
-      mechanism_(with_joint_values(std::move(mechanism))),
+      mechanism_(with_joint_values(std::move(mechanism), plans_)),
       default_settings_(mechanism_.integrator),
       engine_(make_engine(mechanism_, 0)),
       variables_(make_variables(mechanism_, engine_->system)),
@@ -76,7 +76,7 @@ IntegratorSettings Slave::settings(const Mechanism& mechanism, double tolerance)
 }
 
 std::unique_ptr<Engine> Slave::make_engine(const Mechanism& mechanism, double tolerance) const {
-  return std::make_unique<Engine>(mechanism.multibody, settings(mechanism, tolerance));
+  return std::make_unique<Engine>(mechanism.multibody, settings(mechanism, tolerance), plans_);
 }
 
 // Makes the engine that of a snapshot, whose parameters `mechanism` has.

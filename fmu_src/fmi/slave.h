@@ -99,6 +99,7 @@ class Slave {
   std::string describe_position();
 
   const std::string identity_;
+  KktPlans plans_;  // of every engine: parameters do not change the topology
   Mechanism mechanism_;
   const IntegratorSettings default_settings_;
   std::unique_ptr<Engine> engine_;

@@ -1,5 +1,7 @@
 #include "integrator/integrator.h"
 
+#include <utility>
+
 #include "integrator/methods/bliedf.h"
 #include "integrator/methods/generalized_alpha.h"
 #include "integrator/methods/munthe_kaas.h"
@@ -24,8 +26,8 @@ std::unique_ptr<IntegrationMethod> make_method(Problem& problem) {
 
 }  // namespace
 
-Integrator::Integrator(const System& system, const IntegratorSettings& settings)
-    : problem_(system, settings), method_(make_method(problem_)) {
+Integrator::Integrator(const System& system, const IntegratorSettings& settings, KktPlans plans)
+    : problem_(system, settings, std::move(plans)), method_(make_method(problem_)) {
   jump_.setZero(system.velocity_size());
 }
 

@@ -12,7 +12,7 @@ namespace sigmafmu {
 
 class Integrator {
  public:
-  Integrator(const System& system, const IntegratorSettings& settings);
+  Integrator(const System& system, const IntegratorSettings& settings, KktPlans plans = {});
 
   // Sizes a State; no values but zeros, unit quaternions and zero counters.
   State make_state() const;

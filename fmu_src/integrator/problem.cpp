@@ -1,16 +1,18 @@
 #include "integrator/problem.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sigmafmu {
 
-Problem::Problem(const System& system, const IntegratorSettings& settings)
+Problem::Problem(const System& system, const IntegratorSettings& settings, KktPlans kkt_plans)
     : system(system),
       settings(settings),
       stabilized(settings.is(Formulation::stabilized_index2) && system.constraint_size() > 0),
       coordinates(make_local_coordinates(system, settings)),
       measure(system),
-      solver(system) {}
+      plans(std::move(kkt_plans)),
+      solver(system, plans) {}
 
 bool Problem::unambiguous(const VectorXd& theta, StepFailure& failure) const {
   constexpr double kPi = 3.14159265358979323846;

@@ -15,13 +15,14 @@
 namespace sigmafmu {
 
 struct Problem {
-  Problem(const System& system, const IntegratorSettings& settings);
+  Problem(const System& system, const IntegratorSettings& settings, KktPlans kkt_plans);
 
   const System& system;
   const IntegratorSettings settings;
   const bool stabilized;  // the stabilized index-2 form, of a system that has constraints
   const std::unique_ptr<const LocalCoordinates> coordinates;
   const ErrorMeasure measure;
+  KktPlans plans;  // of factorization, shared with others of the same topology
   ConsistentSolver solver;
 
   // False, with the reason in `failure`, when theta turns a body by pi or more: coordinates are not one-to-one there.

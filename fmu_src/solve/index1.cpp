@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "lie/r3xso3.h"
-#include "solve/kkt_layout.h"
 #include "solve/start/dependent_equations.h"
 #include "text/text.h"
 
@@ -25,11 +24,11 @@ double largest(const Vector& x) {
 
 }  // namespace
 
-ConsistentSolver::ConsistentSolver(const System& system)
+ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     : system_(system),
       evaluation_(system.make_evaluation()),
-      lu_(make_kkt_solver(system.pattern(), 1)),
-      factorization_(lu_.make_factorization()) {
+      lu_(plans.get(system.pattern(), Kkt::index1)),
+      factorization_(lu_->make_factorization()) {
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
@@ -39,42 +38,37 @@ ConsistentSolver::ConsistentSolver(const System& system)
 }
 
 bool ConsistentSolver::factorize() {
-  lu_.clear(factorization_);
+  lu_->clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
-  for (const auto& [i, j] : system_.pattern().body_pairs) {
-    auto M = lu_.block(factorization_, i, j);
+  for (int i = 0; i < system_.body_count(); ++i) {
+    auto M = lu_->block(factorization_, i, i);
     M.setZero();
-    if (i != j) continue;
     M.diagonal().head<3>().setConstant(system_.body(i).mass);
     M.bottomRightCorner<3, 3>() = system_.body(i).J;
   }
   for (int f = 0; f < system_.flexible_count(); ++f) {
     const int i = system_.flexible_body(f);
-    lu_.block(factorization_, i, i) += evaluation_.flexible[f].M;
+    lu_->block(factorization_, i, i) += evaluation_.flexible[f].M;
   }
-  for (std::size_t p = 0; p < pattern.modal_pairs.size(); ++p) {
+  for (std::size_t p = 0; p < evaluation_.modal_M.size(); ++p) {
     const auto [i, j] = pattern.modal_pairs[p];
-    if (p < evaluation_.modal_M.size()) {
-      lu_.block(factorization_, i, j) = evaluation_.modal_M[p];
-    } else {
-      lu_.block(factorization_, i, j).setZero();
-    }
+    lu_->block(factorization_, i, j) = evaluation_.modal_M[p];
   }
   for (const auto& [joint, body, side] : pattern.incidences) {
     const JointRows& B = evaluation_.joints[joint].B[side];
-    lu_.block(factorization_, pattern.joint_node(joint), body) = B;
-    lu_.block(factorization_, body, pattern.joint_node(joint)) = B.transpose();
+    lu_->block(factorization_, pattern.joint_node(joint), body) = B;
+    lu_->block(factorization_, body, pattern.joint_node(joint)) = B.transpose();
   }
   for (std::size_t k = 0; k < pattern.modal_incidences.size(); ++k) {
     const auto& [joint, flexible, side] = pattern.modal_incidences[k];
     const MatrixXd& B = evaluation_.modal_joints[k].B;
-    lu_.block(factorization_, pattern.joint_node(joint), pattern.modal_node(flexible)) = B;
-    lu_.block(factorization_, pattern.modal_node(flexible), pattern.joint_node(joint)) = B.transpose();
+    lu_->block(factorization_, pattern.joint_node(joint), pattern.modal_node(flexible)) = B;
+    lu_->block(factorization_, pattern.modal_node(flexible), pattern.joint_node(joint)) = B.transpose();
   }
-  return lu_.factorize(factorization_);
+  return lu_->factorize(factorization_);
 }
 
-void ConsistentSolver::solve() { lu_.solve(factorization_, x_.data()); }
+void ConsistentSolver::solve() { lu_->solve(factorization_, x_.data()); }
 
 bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                      VectorXd& lambda) {
@@ -104,8 +98,9 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated first, which leaves
-// their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show it.
+// Largest entry of defect_ = -Z v - B vdot, over that of all accelerations. Bodies are eliminated before their joints,
+// which leaves their equations no error but rounding: where light bodies cost digits, it is the joints' equations that
+// show it.
 double ConsistentSolver::constraint_defect() {
   defect_ = gamma_;
   for (const auto& [joint, body, side] : system_.pattern().incidences) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "solve/kkt_layout.h"
-
 namespace sigmafmu {
 namespace {
 
@@ -44,11 +42,11 @@ void add_product(const JointRows& A, const Eigen::Matrix<double, N, N>& X, doubl
 
 }  // namespace
 
-NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
+NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPlans plans)
     : system_(system),
       D_(system.body_count(), Matrix6d::Zero()),
       formulation_(formulation),
-      lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
+      lu_(plans.get(system.pattern(), formulation == Formulation::stabilized_index2 ? Kkt::stabilized : Kkt::newton)) {
   for (const auto& a : system.pattern().incidences) {
     for (const auto& b : system.pattern().incidences) {
       if (a.body == b.body) shared_.push_back({a.joint, a.side, b.joint, b.side, a.body});
@@ -90,7 +88,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
   const double inverse_gamma_prime = 1 / step.gamma_prime;
   const BlockPattern& pattern = system_.pattern();
 
-  lu_.clear(f);
+  lu_->clear(f);
   const auto& pairs = pattern.body_pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {  // (kappa M + scale gamma' C) U + kappa M E + scale K
     const auto [i, j] = pairs[p];
@@ -107,7 +105,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       if constexpr (N == 6) add_inertia(e, i, kappa, tangents.F[i], D_[i]);
     }
     using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-    Eigen::Map<RowMajor6> block(lu_.block(f, i, j).data());
+    Eigen::Map<RowMajor6> block(lu_->block(f, i, j).data());
     constexpr int left = kVelocitiesPerBody - N;
     block.template leftCols<left>() = S.template leftCols<left>() + step.scale * e.K[p].template leftCols<left>();
     block.template rightCols<N>() =
@@ -122,8 +120,8 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
     const JointRows& Z = e.joints[joint].Z[side];
     const int m = static_cast<int>(B.rows()), values = m * kVelocitiesPerBody;
     const int columns = stabilized ? 2 * m : m;
-    double* column = lu_.block(f, body, pattern.joint_node(joint)).data();
-    double* row = lu_.block(f, pattern.joint_node(joint), body).data();
+    double* column = lu_->block(f, body, pattern.joint_node(joint)).data();
+    double* row = lu_->block(f, pattern.joint_node(joint), body).data();
     write_transposed(B, column, columns, 0);
     if (formulation_ != Formulation::index2) row = std::copy_n(B.data(), values, row);
     if (formulation_ == Formulation::index3) continue;
@@ -157,7 +155,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       const JointRows& Bn = start.joints[joint2].B[side2];
       const int rows = static_cast<int>(BP.rows()), columns = static_cast<int>(Bn.rows());
       double* out =
-          lu_.block(f, pattern.joint_node(joint1), pattern.joint_node(joint2)).data() + rows * 2 * columns + columns;
+          lu_->block(f, pattern.joint_node(joint1), pattern.joint_node(joint2)).data() + rows * 2 * columns + columns;
       for (int r = 0; r < rows; ++r, out += 2 * columns) {
         const double* a = BP.data() + r * kVelocitiesPerBody;
         for (int c = 0; c < columns; ++c) {
@@ -168,7 +166,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
     }
   }
   if (system_.flexible_count() > 0) write_modes<N>(e, start, step, tangents, f);
-  return lu_.factorize(f);
+  return lu_->factorize(f);
 }
 
 // All blocks with modes, and what modes add to those of frames and joints.
@@ -185,7 +183,7 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
     S = step.scale * step.gamma_prime * e.modal_C[p];
     const bool inertia = p < e.modal_M.size();
     if (inertia) S += kappa * e.modal_M[p];
-    auto block = lu_.block(f, i, j);
+    auto block = lu_->block(f, i, j);
     block = S + step.scale * e.modal_K[p];
     if (j >= bodies) continue;
     block.template rightCols<N>() +=
@@ -198,8 +196,8 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
   for (const auto& [joint, side, flexible, incidence] : flexible_joints_) {
     if (incidence < 0 && !stabilized) continue;
     const int node = pattern.modal_node(flexible), m = system_.joint(joint).equations();
-    auto column = lu_.block(f, node, pattern.joint_node(joint));
-    auto row = lu_.block(f, pattern.joint_node(joint), node);
+    auto column = lu_->block(f, node, pattern.joint_node(joint));
+    auto row = lu_->block(f, pattern.joint_node(joint), node);
     column.setZero();
     row.setZero();
     if (incidence >= 0) {
@@ -230,14 +228,14 @@ void NewtonMatrix::write_modes(const Evaluation& e, const Evaluation& start, con
     if (incidence < 0) continue;
     const MatrixXd& Bn_modal = start.modal_joints[incidence].B;
     column.rightCols(m) += among_modes->lazyProduct(Bn_modal.transpose());
-    lu_.block(f, body, pattern.joint_node(joint)).rightCols(m) += from_modes->lazyProduct(Bn_modal.transpose());
+    lu_->block(f, body, pattern.joint_node(joint)).rightCols(m) += from_modes->lazyProduct(Bn_modal.transpose());
   }
   if (!stabilized) return;
   const auto& incidences = pattern.modal_incidences;
   for (std::size_t k = 0; k < incidences.size(); ++k) {  // += B B_n^T
     for (std::size_t l = 0; l < incidences.size(); ++l) {
       if (incidences[k].body != incidences[l].body) continue;
-      auto block = lu_.block(f, pattern.joint_node(incidences[k].joint), pattern.joint_node(incidences[l].joint));
+      auto block = lu_->block(f, pattern.joint_node(incidences[k].joint), pattern.joint_node(incidences[l].joint));
       const MatrixXd &B = e.modal_joints[k].B, &Bn = start.modal_joints[l].B;
       block.bottomRightCorner(B.rows(), Bn.rows()) += B.lazyProduct(Bn.transpose());
     }

@@ -18,7 +18,7 @@
 
 #include "model/settings.h"
 #include "multibody/system.h"
-#include "solve/block_lu.h"
+#include "solve/kkt_layout.h"
 
 namespace sigmafmu {
 
@@ -43,15 +43,15 @@ struct BodyTangents {
 
 class NewtonMatrix {
  public:
-  NewtonMatrix(const System& system, Formulation formulation);
+  NewtonMatrix(const System& system, Formulation formulation, KktPlans plans = {});
 
-  Factorization make_factorization() const { return lu_.make_factorization(); }
+  Factorization make_factorization() const { return lu_->make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
   [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                                const BodyTangents& tangents, Factorization& f);
   // Of the vector of unknowns. It begins with the motion increments, laid out as v.
-  int size() const { return lu_.size(); }
-  void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
+  int size() const { return lu_->size(); }
+  void solve(const Factorization& f, VectorXd& x) const { lu_->solve(f, x.data()); }
   // The right side of a Newton step at `e` with residual r, before it is solved for the increments.
   void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
   // Adds the increments x of the multipliers.
@@ -74,13 +74,13 @@ class NewtonMatrix {
   template <int N>
   void write_modes(const Evaluation& e, const Evaluation& start, const StepScales& step, const BodyTangents& tangents,
                    Factorization& f);
-  int lambda_offset(int joint) const { return lu_.offset(system_.pattern().joint_node(joint)); }
+  int lambda_offset(int joint) const { return lu_->offset(system_.pattern().joint_node(joint)); }
   int mu_offset(int joint) const { return lambda_offset(joint) + system_.joint(joint).equations(); }
 
   const System& system_;
   std::vector<Matrix6d> D_;  // D P^-1 of each body
   Formulation formulation_;
-  BlockLU lu_;
+  std::shared_ptr<const BlockLU> lu_;
   std::vector<SharedBody> shared_;  // all pairs of joints that meet at a body, a joint with itself included
   std::vector<FlexibleJoint> flexible_joints_;
   std::vector<MatrixXd> S_;  // kappa M + scale gamma' C of each block with modes

@@ -10,6 +10,7 @@ void bind_system(nb::module_& m);
 void bind_outputs(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_slave(nb::module_& m);
+void bind_solve(nb::module_& m);
 void bind_master(nb::module_& m);
 
 NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
@@ -22,5 +23,6 @@ NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
   bind_outputs(m);
   bind_simulation(m);
   bind_slave(m);
+  bind_solve(m);
   bind_master(m);
 }

@@ -21,8 +21,8 @@ struct PySimulation {
   explicit PySimulation(const Mechanism& m)
       : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
-        solver(system),
-        integrator(system, mechanism.integrator),
+        solver(system, plans),
+        integrator(system, mechanism.integrator, plans),
         state(integrator.make_state()),
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
@@ -81,6 +81,7 @@ struct PySimulation {
 
   Mechanism mechanism;
   System system;
+  KktPlans plans;
   ConsistentSolver solver;
   Integrator integrator;
   State state;
