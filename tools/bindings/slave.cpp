@@ -16,11 +16,17 @@ using namespace sigmafmu;
 
 namespace {
 
-struct PySlave {
-  explicit PySlave(const Mechanism& mechanism)
-      : slave(mechanism, "", [this](Slave::Report, const std::string& text) { messages.push_back(text); }) {
+struct PySlave final : Listener {
+  explicit PySlave(const Mechanism& mechanism) : slave(mechanism, "", this) {
     for (unsigned i = 0; i < slave.variables().size(); ++i) references[slave.variables()[i].name] = i;
   }
+  PySlave(const PySlave&) = delete;
+  PySlave& operator=(const PySlave&) = delete;
+
+  void warning(const char* text) noexcept override { messages.emplace_back(text); }
+  void event(const char* text) noexcept override { messages.emplace_back(text); }
+  bool wants_events() const noexcept override { return true; }
+
   std::pair<unsigned, bool> reference(const std::string& name) const {
     const auto found = references.find(name);
     if (found == references.end()) throw std::invalid_argument("there is no variable " + name);
