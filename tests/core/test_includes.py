@@ -76,8 +76,9 @@ def test_a_mechanism_needs_only_its_definition_and_the_settings():
 def test_the_solver_knows_blocks_only():
     """A sparse solver can take its place without a look at bodies or joints."""
     for file in FILES:
-        if file.startswith("solve/block_"):
-            assert all(name.startswith("solve/block_") for name in includes_of(file)[0]), file
+        blocks = ("solve/block_", "solve/order.")
+        if file.startswith(blocks):
+            assert all(name.startswith(blocks) for name in includes_of(file)[0]), file
 
 
 def test_step_control_knows_no_method():

@@ -1,6 +1,6 @@
 """What a mechanism of n bodies costs: to build, assemble and initialise, and for a step. `python -m research.scale`.
 
-Chains and random trees of revolute joints, bodies of 1 kg and 1 m, default settings, h = 1 ms; the fastest of three runs.
+Chains and random trees of revolute joints, bodies of 1 kg and 1 m, default settings, h = 1 ms; the fastest of three.
 """
 
 from time import perf_counter
