@@ -119,12 +119,13 @@ class Reader {
     }
   }
 
+  // x may be a Group, which is made in place.
   template <typename T>
-  void required(const std::string& key, T&& x) {
+  void required(const std::string& key, T&& x) {  // NOLINT(cppcoreguidelines-missing-std-forward)
     read(*find_required(key), joined(path_, key), x);
   }
   template <typename T>
-  void optional(const std::string& key, T&& x, bool = true) {
+  void optional(const std::string& key, T&& x, bool = true) {  // NOLINT(cppcoreguidelines-missing-std-forward)
     if (const Json* found = find(key)) read(*found, joined(path_, key), x);
   }
   template <typename T>

@@ -126,6 +126,7 @@ void visit(Archive& archive, Any& d) {
       continue;
     }
     std::vector<std::string> words;
+    words.reserve(s.enumeration->items.size());
     for (const Enumeration::Item& item : s.enumeration->items) words.emplace_back(item.name);
     archive.optional_choice(s.name, d.*s.value, words, 1);
   }

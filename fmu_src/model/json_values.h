@@ -18,7 +18,8 @@ using Json = nlohmann::ordered_json;
 inline std::string excerpt(const Json& value) {
   const std::string text = value.dump();
   std::size_t end = std::min<std::size_t>(text.size(), 40);
-  while (end < text.size() && (text[end] & 0xC0) == 0x80) --end;
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
+  while (end < text.size() && continues(text[end])) --end;
   return text.substr(0, end);
 }
 

@@ -154,7 +154,7 @@ Evaluation System::make_evaluation() const {
   auto modes_of = [&](int node) { return node < body_count() ? 6 : pattern_.modal_sizes[node - body_count()]; };
   for (const FlexibleBody& body : flexible_) e.flexible.push_back(body.make_evaluation());
   for (auto [i, j] : pattern_.modal_pairs) {
-    e.modal_C.push_back(MatrixXd::Zero(modes_of(i), modes_of(j)));
+    e.modal_C.emplace_back(MatrixXd::Zero(modes_of(i), modes_of(j)));
     e.modal_K.push_back(e.modal_C.back());
   }
   e.modal_M.assign(e.modal_C.begin(), e.modal_C.begin() + 3 * flexible_count());
@@ -323,7 +323,7 @@ Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* l
 }
 
 PairBlocks System::blocks(std::vector<Matrix6d>& matrices, const Ends& ends) {
-  PairBlocks result;
+  PairBlocks result{};
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) {
       const int index = ends.pair[i][j];

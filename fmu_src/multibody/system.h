@@ -182,8 +182,8 @@ class System {
   static PairBlocks blocks(std::vector<Matrix6d>& matrices, const Ends& ends);
 
   struct Load {
-    int body;
-    Vector3d force, torque;
+    int body = 0;
+    Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
   };
   std::vector<RigidBody> bodies_;
   std::vector<Joint> joints_;

@@ -7,8 +7,8 @@
 namespace sigmafmu {
 
 struct RigidBody {
-  double mass;
-  Matrix3d J;
+  double mass = 0.0;
+  Matrix3d J = Matrix3d::Zero();
 
   // M vdot + (0, w x J w).
   Vector6d inertial_force(const BodyKinematics& k, const Vector6d& vdot) const;

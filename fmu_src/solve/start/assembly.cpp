@@ -191,7 +191,7 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
   return "Initial values gave way to those that were set: " + text.str() + ".";
 }
 
-void find_joint_values(MultibodyDef& definition, KktPlans plans) {
+void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   const auto& joints = definition.joints;
   if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.has_coordinate(); })) return;
   const System system(definition);

@@ -53,7 +53,7 @@ struct Part {
 struct ScaledEquations {
   MatrixXd B;
   VectorXd row, column;
-  double length;  // the largest of a body [m]
+  double length = 1;  // the largest of a body [m]
 };
 
 // Rows and the columns of each body's translation and rotation get about the same size: what depends on each other
@@ -225,7 +225,7 @@ Freedom freedom_of(const Place& at, const Part& part) {
   }
   std::vector<int> dependents(joints, 0);
   for (std::size_t k = 0; k < dependent.size(); ++k) {
-    weights(dependent[k], k) = 1;
+    weights(dependent[k], static_cast<Eigen::Index>(k)) = 1;
     ++dependents[joint_of_row[dependent[k]]];
   }
   const std::vector<int> group = tied_joints(joint_of_row, joints, weights);
@@ -426,8 +426,8 @@ std::string describe_singularity(const MultibodyDef& definition, const System& s
   const VectorXd length = Place(system, q).lengths.cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;
   for (const RigidBodyDef& body : definition.bodies) heaviest = std::max(heaviest, mass(body));
-  std::size_t lightest = 0;
-  for (std::size_t i = 0; i < definition.bodies.size(); ++i) {
+  int lightest = 0;
+  for (int i = 0; i < system.body_count(); ++i) {
     const RigidBodyDef& body = definition.bodies[i];
     const double inertia = body.modal ? INFINITY : body.inertia.minCoeff() / (length[i] * length[i]);
     const double measure = std::min(mass(body), inertia);

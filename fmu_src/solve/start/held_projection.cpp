@@ -210,7 +210,7 @@ VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const 
   }
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
     if (definition_.joints[coordinates[i].joint].type == JointType::prismatic)
-      result[system_.constraint_size() + i] = 1;
+      result[system_.constraint_size() + static_cast<Eigen::Index>(i)] = 1;
   }
   return result;
 }
