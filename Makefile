@@ -33,7 +33,8 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint format bench study clean
+.PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint tidy format clean
+.PHONY: bench measure study references
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -49,6 +50,7 @@ $(SETUP): pyproject.toml tools/requirements.py
 	@$(PIP) install -q --upgrade pip
 	@$(BIN)/python tools/requirements.py > $(VENV)/requirements.txt
 	@$(PIP) install -r $(VENV)/requirements.txt $(SAVED) | $(PACKAGES) $(OR_TELL)
+	@echo "$(CURDIR)/tools" > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/research.pth"
 	@touch $@
 
 $(BUILT): LOG := build/build.log
@@ -99,7 +101,7 @@ test-asan: build ## run FMU and core tests under the address and undefined-behav
 	@$(IN_VENV) cmake --preset asan
 	@$(IN_VENV) cmake --build --preset asan
 	@rm -rf $(ASAN_PACKAGE) && mkdir -p $(ASAN_PACKAGE) && cp -r tools/sigmafmu $(ASAN_PACKAGE)
-	@cp -r tests/references models/resources $(ASAN_PACKAGE)/sigmafmu
+	@cp -r models/resources $(ASAN_PACKAGE)/sigmafmu
 	@$(IN_VENV) cmake --install build/asan --prefix $(ASAN_PACKAGE) > /dev/null
 	@PYTHONPATH="$(CURDIR)/$(ASAN_PACKAGE)" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
 	 ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
@@ -112,19 +114,41 @@ lint: $(SETUP) ## check style: ruff and clang-format
 	@$(BIN)/ruff format --quiet --check
 	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
 
+TIDY := build/tidy/clang_tidy/data/bin/clang-tidy
+
+tidy: build $(TIDY) ## look for mistakes in the C++ sources: clang-tidy, minutes
+	@echo "tidy: clang-tidy on every C++ file of the build"
+	@find $(SOURCE_DIRS) -name '*.cpp' -print0 | xargs -0 -n 1 -P $$(nproc) $(TIDY) --quiet -p $(BUILD)
+
+$(TIDY): pyproject.toml | $(SETUP)
+	@$(PIP) install -q --upgrade --target build/tidy --group tidy
+	@touch $@
+
 format: $(SETUP) ## bring all sources into that style
 	@echo "format: ruff, clang-format"
 	@$(BIN)/ruff check --quiet --fix
 	@$(BIN)/ruff format --quiet
 	@$(if $(CPP),$(BIN)/clang-format -i $(CPP))
 
-bench: build ## time an internal step of every mechanism
-	@echo "bench: cost of an internal step"
-	@$(BIN)/sigmafmu bench
+# tools/research, which setup has put on the path of the private environment
+RESEARCH := $(BIN)/python -m research
 
-study: build ## the σ study: every method beside the paper and Exudyn -> docs/study; QUICK=1: small, -> build/study
+bench: build ## time an internal step of every mechanism beside Exudyn's
+	@echo "bench: cost of an internal step"
+	@$(RESEARCH) bench
+
+measure: build ## measure orders, errors and energies -> docs/accuracy.md
+	@echo "measure: orders, errors, energies"
+	@$(RESEARCH) measure --output docs/accuracy.md
+
+study: build ## the σ study: every method beside the paper and Exudyn -> build/study; QUICK=1: small
 	@echo "study: methods beside the paper and Exudyn"
-	@$(BIN)/sigmafmu study all $(if $(QUICK),--quick --output build/study,--output docs/study)
+	@$(RESEARCH) study all $(if $(QUICK),--quick --output build/study-quick,--output build/study)
+	@$(if $(QUICK),,cp $(patsubst docs/%,build/%,$(wildcard docs/study/*)) docs/study) # those that pages show
+
+references: build ## make tests/references again, with Exudyn and in minimal coordinates
+	@echo "references: Exudyn, minimal coordinates"
+	@$(RESEARCH) references
 
 clean: ## remove what the other targets made
 	@echo "clean: $(VENV), build, demo and caches"

@@ -2,20 +2,23 @@
 #   write_model_description -> modelDescription.xml without GUID -> GUID = hash of it -> binary that knows it -> zip.
 
 add_library(sigmafmu_slave STATIC
-  fmu_src/fmi/modal_file.cpp
+  fmu_src/fmi/instance.cpp
+  fmu_src/fmi/remarks.cpp
+  fmu_src/fmi/resources.cpp
   fmu_src/fmi/slave.cpp
+  fmu_src/fmi/slave_derivatives.cpp
+  fmu_src/fmi/slave_step.cpp
   fmu_src/fmi/snapshot.cpp
   fmu_src/fmi/units.cpp
   fmu_src/fmi/variables.cpp)
 target_link_libraries(sigmafmu_slave PUBLIC sigmafmu_core)
-target_include_directories(sigmafmu_slave SYSTEM PRIVATE ${NLOHMANN_JSON_INCLUDE_DIR})
 
 add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unload.cpp)
 target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
 target_include_directories(sigmafmu_fmi2 SYSTEM PUBLIC ${FMI2_INCLUDE_DIR})
 
 add_executable(write_model_description modelDescription/write.cpp modelDescription/dependencies.cpp)
-target_link_libraries(write_model_description PRIVATE sigmafmu_slave sigmafmu_mechanisms tinyxml2::tinyxml2)
+target_link_libraries(write_model_description PRIVATE sigmafmu_slave sigmafmu_json sigmafmu_mechanisms tinyxml2::tinyxml2)
 target_compile_definitions(write_model_description PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
 
 # Where include paths start; the folder `sources` of an FMU holds what is included from here.
@@ -49,8 +52,8 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   file(GLOB resource_files CONFIGURE_DEPENDS ${resources}/*)
 
   add_custom_command(
-    OUTPUT ${work}/model.cpp ${tree}/modelDescription.xml
-    COMMAND write_model_description ${model} ${work}/modelDescription.xml ${resources}
+    OUTPUT ${work}/model.cpp ${work}/mechanism.json ${tree}/modelDescription.xml
+    COMMAND write_model_description ${model} ${work} ${resources}
             models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES}
     COMMAND ${CMAKE_COMMAND} -D MODEL=${model} -D BLANK=${work}/modelDescription.xml
             -D XML=${tree}/modelDescription.xml -D SOURCE=${work}/model.cpp

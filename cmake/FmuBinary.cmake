@@ -19,9 +19,10 @@ function(sigmafmu_optimize_start_little folder)
   if(MSVC)
     return()
   endif()
-  foreach(file multibody/definition.cpp model/eigenvalues.cpp model/initial_values.cpp solve/start/assembly.cpp
-               solve/start/contradiction.cpp solve/start/dependent_equations.cpp solve/start/held_projection.cpp
-               solve/start/held_refusal.cpp solve/start/least_squares.cpp fmi/modal_file.cpp fmi/variables.cpp)
+  foreach(file model/eigenvalues.cpp model/json.cpp model/modal_constants.cpp model/modal_file.cpp model/validate_modal.cpp
+               solve/order.cpp solve/start/assembly.cpp solve/start/contradiction.cpp solve/start/dependent_equations.cpp
+               solve/start/held_projection.cpp solve/start/held_refusal.cpp solve/start/least_squares.cpp
+               fmi/variables.cpp)
     set_property(SOURCE ${folder}${file} PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
   endforeach()
 endfunction()

@@ -28,8 +28,9 @@ struct Comparable {
 std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   constexpr int kPoints = 3;
   constexpr double kSignificant = 1e-9;  // against the largest derivative of its kind; rounding leaves 1e-13
-  std::mt19937 generator(1);             // its sequence is fixed by the C++ standard
-  const auto random = [&] { return 2.0 * (generator() / 4294967295.0) - 1.0; };
+  // The same points in every build: the C++ standard fixes the sequence.
+  std::mt19937 generator(1);  // NOLINT(bugprone-random-generator-seed)
+  const auto random = [&] { return 2.0 * (static_cast<double>(generator()) / 4294967295.0) - 1.0; };
 
   for (RigidBodyDef& body : mechanism.multibody.bodies) {
     if (body.modal) {  // a body without symmetry, and modes that couple every direction
@@ -49,7 +50,7 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const Comparable comparable{length > 0 ? length : 1.0};
   double force = 1;  // [N] that no body takes amiss
   for (const RigidBodyDef& body : mechanism.multibody.bodies) force = std::min(force, 10 * mass(body));
-  Slave slave(mechanism, "", [](Slave::Report, const std::string&) {});
+  Slave slave(mechanism, "");
   const auto& variables = slave.variables();
   std::vector<unsigned> inputs, outputs;
   for (unsigned i = 0; i < variables.size(); ++i) {
@@ -63,6 +64,7 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const double H = 0.1 * mechanism.stop_time / kPoints;
   for (int point = 0; point < kPoints; ++point) {
     std::vector<double> values;
+    values.reserve(inputs.size());
     for (unsigned i : inputs) {
       values.push_back(force * (variables[i].unit == std::string("N") ? 1 : comparable.length) * random());
     }

@@ -1,6 +1,6 @@
-// write_model_description MODEL FILE RESOURCES SOURCE...: writes modelDescription.xml of a mechanism, with an empty
-// GUID. Its modal data are in the folder RESOURCES. The SOURCEs are the files to compile, as they are named in the
-// FMU's folder `sources`.
+// write_model_description MODEL FOLDER RESOURCES SOURCE...: writes modelDescription.xml of a mechanism, with an empty
+// GUID, and mechanism.json, the mechanism itself, into FOLDER. Its modal data are in the folder RESOURCES. The SOURCEs
+// are the files to compile, as they are named in the FMU's folder `sources`.
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -9,12 +9,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 #include <string>
 
 #include "dependencies.h"
-#include "fmi/modal_file.h"
 #include "fmi/variables.h"
+#include "model/json.h"
 #include "model/mechanisms.h"
+#include "model/modal_file.h"
 #include "multibody/input_signal.h"
 #include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
@@ -165,7 +167,7 @@ void write_freedom(XMLElement* root, const Mechanism& mechanism) {
   set(tool->InsertNewChildElement("DegreesOfFreedom"), "value", summary(f));
 }
 
-void write(const Mechanism& mechanism, const char* file, const std::vector<const char*>& sources) {
+void write(const Mechanism& mechanism, const std::string& file, const std::vector<const char*>& sources) {
   const System system(mechanism.multibody);
   const auto variables = make_variables(mechanism, system);
 
@@ -223,7 +225,13 @@ void write(const Mechanism& mechanism, const char* file, const std::vector<const
   for (unsigned i = 0; i < variables.size(); ++i) write_variable(list, variables[i], i, mechanism);
   write_structure(root, variables, mechanism);
 
-  if (document.SaveFile(file) != tinyxml2::XML_SUCCESS) throw std::runtime_error(std::string("cannot write ") + file);
+  if (document.SaveFile(file.c_str()) != tinyxml2::XML_SUCCESS) throw std::runtime_error("cannot write " + file);
+}
+
+void write_json(const Mechanism& mechanism, const std::string& file) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << to_json(mechanism);
+  if (!stream.flush()) throw std::runtime_error("cannot write " + file);
 }
 
 }  // namespace
@@ -233,12 +241,15 @@ int main(int argc, char** argv) {
     for (Mechanism& mechanism : mechanisms()) {
       if (argc > 4 && mechanism.name == argv[1]) {
         load_modal_files(mechanism, argv[3]);
+        validate(mechanism);
+        const std::string folder = argv[2];
+        write_json(mechanism, folder + "/mechanism.json");
         find_joint_values(mechanism.multibody);
-        write(mechanism, argv[2], {argv + 4, argv + argc});
+        write(mechanism, folder + "/modelDescription.xml", {argv + 4, argv + argc});
         return 0;
       }
     }
-    std::fprintf(stderr, "usage: write_model_description MODEL FILE RESOURCES SOURCE..., with a MODEL of models/\n");
+    std::fprintf(stderr, "usage: write_model_description MODEL FOLDER RESOURCES SOURCE..., with a MODEL of models/\n");
   } catch (const std::exception& e) {
     std::fprintf(stderr, "write_model_description: %s\n", e.what());
   }

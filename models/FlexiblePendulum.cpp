@@ -17,8 +17,8 @@ Mechanism FlexiblePendulum() {
   beam.name = "beam";
   beam.description = "flexible beam";
   beam.initial_angular_velocity = {2, -3, 6};
+  beam.modal = modal_file("beam.json", 4);
   const int beam_index = m.multibody.add(beam);
-  m.modal_files.push_back({beam_index, "beam.json", 4});
 
   JointDef pivot;
   pivot.name = "pivot";
@@ -29,13 +29,13 @@ Mechanism FlexiblePendulum() {
   // sections of four nodes, 0.1 m apart
   const auto section = [](int k) { return std::vector<int>{4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3}; };
   for (int k : {1, 2, 3, 4}) {
-    m.stations.push_back({"beam.station" + std::to_string(k), "point of the centre line", beam_index, section(2 * k)});
+    m.add(StationDef{"beam.station" + std::to_string(k), "point of the centre line", beam_index, section(2 * k)});
   }
-  m.stations.push_back({"tip",
-                        "middle of the free end",
-                        beam_index,
-                        section(10),
-                        {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}});
+  m.add(StationDef{"tip",
+                   "middle of the free end",
+                   beam_index,
+                   section(10),
+                   {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}});
   return m;
 }
 

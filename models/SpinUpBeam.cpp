@@ -22,8 +22,8 @@ Mechanism SpinUpBeam() {
   RigidBodyDef beam;  // along x, its frame at the root
   beam.name = "beam";
   beam.description = "flexible beam";
+  beam.modal = modal_file("beam.json", 3);
   const int beam_index = m.multibody.add(beam);
-  m.modal_files.push_back({beam_index, "beam.json", 3});
 
   m.multibody.add(JointDef{"hubPivot", JointType::revolute, kGround, {}, hub_index, {}});
   m.multibody.add(JointDef{"clamp", JointType::fixed, hub_index, {}, beam_index, {}});
@@ -31,9 +31,9 @@ Mechanism SpinUpBeam() {
   // sections of four nodes, 0.2 m apart
   const auto section = [](int k) { return std::vector<int>{4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3}; };
   for (int k : {1, 2, 3, 4}) {
-    m.stations.push_back({"beam.station" + std::to_string(k), "point of the centre line", beam_index, section(8 * k)});
+    m.add(StationDef{"beam.station" + std::to_string(k), "point of the centre line", beam_index, section(8 * k)});
   }
-  m.stations.push_back({"tip", "middle of the free end", beam_index, section(40), {Vector3d::UnitY()}});
+  m.add(StationDef{"tip", "middle of the free end", beam_index, section(40), {Vector3d::UnitY()}});
   return m;
 }
 

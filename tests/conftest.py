@@ -4,6 +4,7 @@ The FMUs are those of the installed package, or of the directory that $SIGMAFMU_
 `model` runs once for each of them.
 """
 
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,9 @@ import pytest
 
 import sigmafmu
 from sigmafmu.fmu import Fmu
+
+# For `research`; behind the installed packages, since tools also holds the sources of `sigmafmu`.
+sys.path.append(str(Path(__file__).parents[1] / "tools"))
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from sigmafmu.reference import (
+from research.reference import (
     FLEXIBLE_MODELS,
     FLEXIBLE_SAMPLE_STEP,
     GRAVITY,
@@ -21,11 +21,10 @@ from sigmafmu.reference import (
     exudyn_flexible,
     flexible,
     group_of,
-    read_reference,
     rotating_beam,
     vector_columns,
 )
-from sigmafmu.reference.clouds import (
+from research.reference.clouds import (
     PENDULUM_ANGULAR_VELOCITY,
     PENDULUM_BENDING,
     SpinUp,
@@ -39,11 +38,12 @@ from sigmafmu.reference.clouds import (
     power_stiffness,
     sine,
 )
-from sigmafmu.reference.exudyn_models import simulate
-from sigmafmu.reference.make import richardson
-from sigmafmu.reference.make_flexible import EXUDYN, sample_times, shared
-from sigmafmu.reference.minimal_coordinates import SliderCrank
-from sigmafmu.reference.segments import pendulum_chain, pendulum_motion, spin_up_chain, spin_up_deflection
+from research.reference.exudyn_models import simulate
+from research.reference.make import richardson
+from research.reference.make_flexible import EXUDYN, sample_times, shared
+from research.reference.minimal_coordinates import SliderCrank
+from research.reference.segments import pendulum_chain, pendulum_motion, spin_up_chain, spin_up_deflection
+from sigmafmu.compare import read_reference
 
 REFERENCES = Path(__file__).parent / "references"
 LIVE = {

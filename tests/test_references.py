@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sigmafmu.reference import (
+from research.reference import (
     CRANK,
     CRANK_CENTRE,
     GRAVITY,
@@ -24,11 +24,11 @@ from sigmafmu.reference import (
     differences,
     exudyn_models,
     quaternions_from_matrices,
-    read_reference,
     vector_columns,
 )
-from sigmafmu.reference.make import RECIPES, richardson
-from sigmafmu.reference.minimal_coordinates import SliderCrank, integrate, solve
+from research.reference.make import RECIPES, richardson
+from research.reference.minimal_coordinates import SliderCrank, integrate, solve
+from sigmafmu.compare import read_reference
 
 REFERENCES = Path(__file__).parent / "references"
 LIVE_HORIZON = {"HeavyTop": 0.2, "HighSpeedRotor": 0.05, "SliderCrank": 0.5}  # s

@@ -8,10 +8,10 @@ The first two are what `sigmafmu modes shapes` writes; the third has the eigenmo
 import sys
 from pathlib import Path
 
+from research.reference.clouds import SpinUp
 from sigmafmu.modes.data import ModalData
 from sigmafmu.modes.file import write
 from sigmafmu.modes.shapes import shape_modes
-from sigmafmu.reference.clouds import SpinUp
 
 RESOURCES = Path(__file__).resolve().parents[1] / "models" / "resources"
 

@@ -1,4 +1,4 @@
-"""Print every requirement of pyproject.toml (build, run time, extras), one a line, for `pip install -r`.
+"""Print what development needs of pyproject.toml (build, run time, extras, GROUPS), one a line, for `pip install -r`.
 
 The development environment builds without isolation, so it needs the build requirements too; pip has no way to install
 them from pyproject.toml by itself.
@@ -13,15 +13,19 @@ except ModuleNotFoundError:  # Python 3.10
     from pip._vendor import tomli as tomllib
 
 
+GROUPS = ("research", "test")
+
+
 def requirements(pyproject: dict) -> list[str]:
-    """Requirements of `pyproject`, without the extras' references to the project itself."""
+    """Requirements of `pyproject`."""
     project = pyproject["project"]
     groups = [
         pyproject["build-system"]["requires"],
         project["dependencies"],
         *project["optional-dependencies"].values(),
+        *(pyproject["dependency-groups"][name] for name in GROUPS),
     ]
-    return [line for group in groups for line in group if not line.startswith(project["name"] + "[")]
+    return [line for group in groups for line in group]
 
 
 if __name__ == "__main__":

@@ -1,436 +1,405 @@
-// Every function of FMI 2.0 for co-simulation. Each goes through one guard, which checks the instance and the order of
-// calls and turns exceptions into a status and one log message; nothing throws through the C interface.
-#include <fmi2Functions.h>
+// Every function of FMI 2.0 for co-simulation, each a thin shell around one guard. They are `noexcept`, which the
+// declarations of fmi2Functions.h are not; its types are checked at the end.
+#include <fmi2FunctionTypes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <new>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "fmi/modal_file.h"
+#include "fmi/instance.h"
 #include "fmi/model.h"
-#include "fmi/slave.h"
+#include "fmi/resources.h"
+#include "model/modal_file.h"
+#include "text/text.h"
+
+#if defined _WIN32 || defined __CYGWIN__
+#define SIGMAFMU_EXPORT __declspec(dllexport)
+#else
+#define SIGMAFMU_EXPORT __attribute__((visibility("default")))
+#endif
 
 namespace {
 
-using sigmafmu::Phase;
-using sigmafmu::Slave;
+using namespace sigmafmu;
 
-constexpr char kError[] = "logStatusError", kWarning[] = "logStatusWarning", kDiscard[] = "logStatusDiscard",
-               kEvents[] = "logEvents";
+// Variadic like printf, the master's logger formats what it gets: a percent sign comes doubled.
+class Fmi2Logger final : public Logger {
+ public:
+  explicit Fmi2Logger(const fmi2CallbackFunctions& callbacks) noexcept : callbacks_(callbacks) {}
 
-// Phases in which a function may be called (FMI 2.0, section 4.2.4), as a bit mask.
-constexpr unsigned kInstantiated = 1u << static_cast<unsigned>(Phase::instantiated);
-constexpr unsigned kInitialization = 1u << static_cast<unsigned>(Phase::initialization);
-constexpr unsigned kStep = 1u << static_cast<unsigned>(Phase::step);
-constexpr unsigned kTerminated = 1u << static_cast<unsigned>(Phase::terminated);
-constexpr unsigned kAny = kInstantiated | kInitialization | kStep | kTerminated;
-constexpr unsigned kReadable = kInitialization | kStep | kTerminated;
-constexpr unsigned kWritable = kInstantiated | kInitialization | kStep;
-
-const char* name(Phase phase) {
-  switch (phase) {
-    case Phase::instantiated:
-      return "instantiated";
-    case Phase::initialization:
-      return "initialization mode";
-    case Phase::step:
-      return "step mode";
-    default:
-      return "terminated";
-  }
-}
-
-constexpr char kNoMemory[] = "There is not enough memory.";
-
-// The one way to the master's logger. It is variadic like printf and formats what it gets, so a percent sign comes
-// doubled. Throws nothing: it reports from handlers of exceptions, too.
-void report(const fmi2CallbackFunctions& callbacks, const char* instance, fmi2Status status, const char* category,
-            const char* message) noexcept {
-  if (!callbacks.logger) return;
-  std::string text;
-  try {
-    for (const char* c = message; *c; ++c) text.append(*c == '%' ? 2 : 1, *c);
-    message = text.c_str();
-  } catch (...) {
-    message = kNoMemory;
-  }
-  callbacks.logger(callbacks.componentEnvironment, instance, status, category, message);
-}
-
-struct Component {
-  std::string instance;
-  fmi2CallbackFunctions callbacks;
-  bool logs_events;
-  Slave slave;
-
-  Component(const char* instance_name, sigmafmu::Mechanism mechanism, const fmi2CallbackFunctions& functions,
-            bool logging)
-      : instance(instance_name),
-        callbacks(functions),
-        logs_events(logging),
-        slave(std::move(mechanism), sigmafmu::kGuid, [this](Slave::Report report, const std::string& text) {
-          if (report == Slave::Report::warning) {
-            log(fmi2Warning, kWarning, text.c_str());
-          } else if (logs_events) {
-            log(fmi2OK, kEvents, text.c_str());
-          }
-        }) {
-    slave.reports_events = logging;
+  void write(const char* instance, Status status, const char* category, const char* message) const noexcept override {
+    if (!callbacks_.logger) return;
+    std::string doubled;
+    try {
+      if (std::strchr(message, '%')) {
+        for (const char* c = message; *c; ++c) doubled.append(*c == '%' ? 2 : 1, *c);
+        message = doubled.c_str();
+      }
+    } catch (...) {
+      message = kNoMemory;
+    }
+    callbacks_.logger(callbacks_.componentEnvironment, instance, static_cast<fmi2Status>(status), category, message);
   }
 
-  // Warnings and errors are always passed on; logging on or off concerns events alone.
-  void log(fmi2Status status, const char* category, const char* message) const noexcept {
-    report(callbacks, instance.c_str(), status, category, message);
-  }
+ private:
+  fmi2CallbackFunctions callbacks_;
 };
 
-// Reports the exception that is being handled.
-fmi2Status failed(const fmi2CallbackFunctions& callbacks, const char* instance) noexcept {
-  try {
-    throw;
-  } catch (const std::bad_alloc&) {
-    report(callbacks, instance, fmi2Error, kError, kNoMemory);
-  } catch (const std::exception& e) {
-    report(callbacks, instance, fmi2Error, kError, e.what());
-  } catch (...) {
-    report(callbacks, instance, fmi2Error, kError, "An error without a description.");
-  }
-  return fmi2Error;
-}
-
-fmi2Status refuse(const Component& c, const std::string& text) {
-  c.log(fmi2Error, kError, text.c_str());
-  return fmi2Error;
-}
-
-// Runs body(component) if the call is legal now. `when_discarded` is the status of a failed computation.
 template <typename Body>
-fmi2Status guarded(fmi2Component c, const char* function, unsigned allowed, Body body,
-                   fmi2Status when_discarded = fmi2Discard) {
-  auto* component = static_cast<Component*>(c);
-  if (!component) return fmi2Error;
-  try {
-    const Phase phase = component->slave.phase();
-    if (!(allowed & (1u << static_cast<unsigned>(phase)))) {
-      return refuse(*component, std::string(function) + " is not allowed in the state \"" + name(phase) + "\".");
-    }
-    return body(*component);
-  } catch (const sigmafmu::Discarded& e) {
-    component->log(when_discarded, when_discarded == fmi2Error ? kError : kDiscard, e.what());
-    return when_discarded;
-  } catch (...) {
-    return failed(component->callbacks, component->instance.c_str());
-  }
+fmi2Status call(fmi2Component c, const char* function, unsigned allowed, Body body,
+                Status when_discarded = Status::discard) noexcept {
+  return static_cast<fmi2Status>(guarded(static_cast<Instance*>(c), function, allowed, body, when_discarded));
 }
 
 template <typename... Pointers>
 void require(const char* function, std::size_t count, Pointers... pointers) {
   if (count > 0 && (... || (pointers == nullptr))) {
-    throw sigmafmu::Refused(std::string(function) + " got a null pointer for " + std::to_string(count) + " values.");
+    fail<Refused>(function, " got a null pointer for ", count, " values.");
   }
 }
 
-fmi2Status unsupported_type(fmi2Component c, const char* function, unsigned allowed, std::size_t count) {
-  return guarded(c, function, allowed, [&](Component& component) {
-    if (count == 0) return fmi2OK;
-    return refuse(component, std::string(function) + ": this FMU has no variables of that type.");
+fmi2Status unsupported_type(fmi2Component c, const char* function, unsigned allowed, std::size_t count) noexcept {
+  return call(c, function, allowed, [&](Slave&) {
+    if (count > 0) fail<Refused>(function, ": this FMU has no variables of that type.");
   });
 }
 
-fmi2Status no_status(fmi2Component c, const char* function) {
-  return guarded(c, function, kAny, [&](Component& component) {
-    const std::string text =
-        std::string(function) +
-        ": this information exists for asynchronous steps alone; steps here end before fmi2DoStep returns.";
-    component.log(fmi2Discard, kDiscard, text.c_str());
-    return fmi2Discard;
+fmi2Status no_status(fmi2Component c, const char* function) noexcept {
+  return call(c, function, kAny, [&](Slave&) {
+    fail<Discarded>(function,
+                    ": this information exists for asynchronous steps alone; steps here end before fmi2DoStep ",
+                    "returns.");
   });
 }
 
 // The mechanism with its modal data. Only mechanisms that have such files look at the resource location.
-sigmafmu::Mechanism load_mechanism(fmi2String resources) {
-  sigmafmu::Mechanism mechanism = sigmafmu::make_mechanism();
-  if (mechanism.modal_files.empty()) return mechanism;
+Mechanism load_mechanism(fmi2String resources) {
+  Mechanism mechanism = make_mechanism();
+  const auto files = modal_files(mechanism);
+  if (files.empty()) return mechanism;
   if (!resources || !*resources) {
-    throw sigmafmu::Refused("The resource location is missing; this FMU reads " + mechanism.modal_files[0].file +
-                            " from there.");
+    fail<Refused>("The resource location is missing; this FMU reads ", files[0], " from there.");
   }
-  sigmafmu::load_modal_files(mechanism, sigmafmu::folder_of_uri(resources));
+  load_modal_files(mechanism, folder_of_uri(resources));
   return mechanism;
+}
+
+// Whether events are among the categories; none means all.
+bool names_events(const fmi2String categories[], std::size_t count) {
+  bool events = count == 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string category = categories[i] ? categories[i] : "";
+    if (category == kEvents || category == "logAll") {
+      events = true;
+    } else if (category != kError && category != kWarning && category != kDiscard) {
+      fail<Refused>("The log category \"", category, "\" is unknown.");
+    }
+  }
+  return events;
+}
+
+// Counters have 64 bits inside.
+fmi2Integer bounded(double value) {
+  using Limits = std::numeric_limits<fmi2Integer>;
+  return static_cast<fmi2Integer>(std::fmax(Limits::min(), std::fmin(value, Limits::max())));
+}
+
+const Snapshot& snapshot_of(fmi2FMUstate state) { return *static_cast<const Snapshot*>(state); }
+
+// Into the snapshot that the master has, or a new one.
+void hand_over(Snapshot snapshot, fmi2FMUstate* state) {
+  if (*state) {
+    *static_cast<Snapshot*>(*state) = std::move(snapshot);
+  } else {
+    *state = new Snapshot(std::move(snapshot));
+  }
 }
 
 }  // namespace
 
 extern "C" {
 
-const char* fmi2GetTypesPlatform() { return fmi2TypesPlatform; }
-const char* fmi2GetVersion() { return fmi2Version; }
+SIGMAFMU_EXPORT const char* fmi2GetTypesPlatform() noexcept { return fmi2TypesPlatform; }
+SIGMAFMU_EXPORT const char* fmi2GetVersion() noexcept { return "2.0"; }
 
-fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String guid, fmi2String resources,
-                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean logging) {
+SIGMAFMU_EXPORT fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type, fmi2String guid, fmi2String resources,
+                                              const fmi2CallbackFunctions* functions, fmi2Boolean,
+                                              fmi2Boolean logging) noexcept {
   if (!functions) return nullptr;
   try {
-    using sigmafmu::Refused;
     if (!instance || !*instance) throw Refused("The instance name is missing; it must not be empty.");
     if (type != fmi2CoSimulation) throw Refused("This FMU is for co-simulation alone.");
-    if (!guid || std::strcmp(guid, sigmafmu::kGuid) != 0) {
-      throw Refused(std::string("The GUID does not fit; it must be ") + sigmafmu::kGuid + ".");
-    }
-    return new Component(instance, load_mechanism(resources), *functions, logging != fmi2False);
+    if (!guid || std::strcmp(guid, kGuid) != 0) fail<Refused>("The GUID does not fit; it must be ", kGuid, ".");
+    return new Instance(instance, std::make_unique<Fmi2Logger>(*functions), load_mechanism(resources), kGuid,
+                        logging != fmi2False);
   } catch (...) {
-    failed(*functions, instance ? instance : "");
+    report_exception(Fmi2Logger(*functions), instance ? instance : "", Status::error);
     return nullptr;
   }
 }
 
-void fmi2FreeInstance(fmi2Component c) { delete static_cast<Component*>(c); }
+SIGMAFMU_EXPORT void fmi2FreeInstance(fmi2Component c) noexcept { delete static_cast<Instance*>(c); }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[]) {
-  return guarded(c, "fmi2SetDebugLogging", kAny, [&](Component& component) {
-    bool events = count == 0;
+SIGMAFMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
+                                               const fmi2String categories[]) noexcept {
+  return call(c, "fmi2SetDebugLogging", kAny, [&](Instance& instance) {
     require("fmi2SetDebugLogging", count, categories);
-    for (size_t i = 0; i < count; ++i) {
-      const std::string category = categories[i] ? categories[i] : "";
-      if (category == kEvents || category == "logAll") {
-        events = true;
-      } else if (category != kError && category != kWarning && category != kDiscard) {
-        return refuse(component, "The log category \"" + category + "\" is unknown.");
-      }
-    }
-    component.slave.reports_events = component.logs_events = on != fmi2False && events;
-    return fmi2OK;
+    const bool events = names_events(categories, count);
+    instance.log_events(on != fmi2False && events);
+    return Status::ok;
   });
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
-                               fmi2Boolean has_stop, fmi2Real stop) {
-  return guarded(c, "fmi2SetupExperiment", kInstantiated, [&](Component& component) {
-    component.slave.setup_experiment(start, has_stop != fmi2False, stop, has_tolerance != fmi2False ? tolerance : 0.0);
-    return fmi2OK;
+// --- life ------------------------------------------------------------------------------------------------------------
+
+SIGMAFMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
+                                               fmi2Real start, fmi2Boolean has_stop, fmi2Real stop) noexcept {
+  return call(c, "fmi2SetupExperiment", kInstantiated, [&](Slave& slave) {
+    slave.setup_experiment(start, has_stop != fmi2False, stop, has_tolerance != fmi2False ? tolerance : 0.0);
   });
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-  return guarded(c, "fmi2EnterInitializationMode", kInstantiated, [](Component& component) {
-    component.slave.enter_initialization();
-    return fmi2OK;
-  });
+SIGMAFMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) noexcept {
+  return call(c, "fmi2EnterInitializationMode", kInstantiated, [](Slave& slave) { slave.enter_initialization(); });
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  return guarded(
-      c, "fmi2ExitInitializationMode", kInitialization,
-      [](Component& component) {
-        component.slave.exit_initialization();
-        return fmi2OK;
-      },
-      fmi2Error);
+SIGMAFMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) noexcept {
+  return call(
+      c, "fmi2ExitInitializationMode", kInitialization, [](Slave& slave) { slave.exit_initialization(); },
+      Status::error);
 }
 
-fmi2Status fmi2Terminate(fmi2Component c) {
-  return guarded(c, "fmi2Terminate", kStep, [](Component& component) {
-    component.slave.terminate();
-    return fmi2OK;
-  });
+SIGMAFMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) noexcept {
+  return call(c, "fmi2Terminate", kStep, [](Slave& slave) { slave.terminate(); });
 }
 
-fmi2Status fmi2Reset(fmi2Component c) {
-  return guarded(c, "fmi2Reset", kAny, [](Component& component) {
-    component.slave.reset();
-    return fmi2OK;
-  });
+SIGMAFMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) noexcept {
+  return call(c, "fmi2Reset", kAny, [](Slave& slave) { slave.reset(); });
 }
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t count, fmi2Real values[]) {
-  return guarded(c, "fmi2GetReal", kReadable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real H, fmi2Boolean) noexcept {
+  return call(c, "fmi2DoStep", kStep, [&](Instance& instance) { return instance.do_step(t, H); });
+}
+
+// --- values ----------------------------------------------------------------------------------------------------------
+
+SIGMAFMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                                       fmi2Real values[]) noexcept {
+  return call(c, "fmi2GetReal", kReadable, [&](Slave& slave) {
     require("fmi2GetReal", count, references, values);
-    component.slave.get(references, count, false, values);
-    return fmi2OK;
+    slave.get(references, count, false, values);
   });
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t count, const fmi2Real values[]) {
-  return guarded(c, "fmi2SetReal", kWritable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                                       const fmi2Real values[]) noexcept {
+  return call(c, "fmi2SetReal", kWritable, [&](Slave& slave) {
     require("fmi2SetReal", count, references, values);
-    component.slave.set(references, count, false, values);
-    return fmi2OK;
+    slave.set(references, count, false, values);
   });
 }
 
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count, fmi2Integer values[]) {
-  return guarded(c, "fmi2GetInteger", kReadable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                                          fmi2Integer values[]) noexcept {
+  return call(c, "fmi2GetInteger", kReadable, [&](Slave& slave) {
     require("fmi2GetInteger", count, references, values);
     for (size_t i = 0; i < count; ++i) {
       double value = 0;
-      component.slave.get(references + i, 1, true, &value);
-      // counters are 64 bit inside
-      values[i] = static_cast<fmi2Integer>(std::fmin(value, std::numeric_limits<fmi2Integer>::max()));
+      slave.get(references + i, 1, true, &value);
+      values[i] = bounded(value);
     }
-    return fmi2OK;
   });
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                          const fmi2Integer values[]) {
-  return guarded(c, "fmi2SetInteger", kWritable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                                          const fmi2Integer values[]) noexcept {
+  return call(c, "fmi2SetInteger", kWritable, [&](Slave& slave) {
     require("fmi2SetInteger", count, references, values);
     const std::vector<double> numbers(values, values + count);
-    component.slave.set(references, count, true, numbers.data());
-    return fmi2OK;
+    slave.set(references, count, true, numbers.data());
   });
 }
 
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference[], size_t count, fmi2Boolean[]) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference[], size_t count,
+                                          fmi2Boolean[]) noexcept {
   return unsupported_type(c, "fmi2GetBoolean", kReadable, count);
 }
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference[], size_t count, const fmi2Boolean[]) {
+SIGMAFMU_EXPORT fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference[], size_t count,
+                                          const fmi2Boolean[]) noexcept {
   return unsupported_type(c, "fmi2SetBoolean", kWritable, count);
 }
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference[], size_t count, fmi2String[]) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference[], size_t count,
+                                         fmi2String[]) noexcept {
   return unsupported_type(c, "fmi2GetString", kReadable, count);
 }
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference[], size_t count, const fmi2String[]) {
+SIGMAFMU_EXPORT fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference[], size_t count,
+                                         const fmi2String[]) noexcept {
   return unsupported_type(c, "fmi2SetString", kWritable, count);
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
-  return guarded(c, "fmi2GetFMUstate", kAny, [&](Component& component) {
-    require("fmi2GetFMUstate", 1, state);
-    if (*state) {
-      *static_cast<sigmafmu::Snapshot*>(*state) = component.slave.save();
-    } else {
-      *state = new sigmafmu::Snapshot(component.slave.save());
-    }
-    return fmi2OK;
-  });
-}
+// --- derivatives -----------------------------------------------------------------------------------------------------
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-  return guarded(c, "fmi2SetFMUstate", kAny, [&](Component& component) {
-    require("fmi2SetFMUstate", 1, state);
-    component.slave.restore(*static_cast<const sigmafmu::Snapshot*>(state));
-    return fmi2OK;
-  });
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
-  return guarded(c, "fmi2FreeFMUstate", kAny, [&](Component&) {
-    if (state) {
-      delete static_cast<sigmafmu::Snapshot*>(*state);
-      *state = nullptr;
-    }
-    return fmi2OK;
-  });
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
-  return guarded(c, "fmi2SerializedFMUstateSize", kAny, [&](Component& component) {
-    require("fmi2SerializedFMUstateSize", 1, state, size);
-    *size = serialize(*static_cast<const sigmafmu::Snapshot*>(state), component.slave.identity()).size();
-    return fmi2OK;
-  });
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  return guarded(c, "fmi2SerializeFMUstate", kAny, [&](Component& component) {
-    require("fmi2SerializeFMUstate", 1, state, bytes);
-    const auto serialized = serialize(*static_cast<const sigmafmu::Snapshot*>(state), component.slave.identity());
-    if (size < serialized.size()) {
-      return refuse(component, "The buffer for the serialized FMU state has " + std::to_string(size) + " bytes; " +
-                                   std::to_string(serialized.size()) + " are needed.");
-    }
-    std::memcpy(bytes, serialized.data(), serialized.size());
-    return fmi2OK;
-  });
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
-  return guarded(c, "fmi2DeSerializeFMUstate", kAny, [&](Component& component) {
-    require("fmi2DeSerializeFMUstate", 1, bytes, state);
-    auto snapshot =
-        std::make_unique<sigmafmu::Snapshot>(sigmafmu::deserialize(bytes, size, component.slave.identity()));
-    if (*state) {
-      *static_cast<sigmafmu::Snapshot*>(*state) = std::move(*snapshot);
-    } else {
-      *state = snapshot.release();
-    }
-    return fmi2OK;
-  });
-}
-
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t unknown_count,
-                                        const fmi2ValueReference knowns[], size_t known_count,
-                                        const fmi2Real direction[], fmi2Real derivative[]) {
-  return guarded(c, "fmi2GetDirectionalDerivative", kReadable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                                        size_t known_count, const fmi2Real direction[],
+                                                        fmi2Real derivative[]) noexcept {
+  return call(c, "fmi2GetDirectionalDerivative", kReadable, [&](Slave& slave) {
     require("fmi2GetDirectionalDerivative", unknown_count, unknowns, derivative);
     require("fmi2GetDirectionalDerivative", known_count, knowns, direction);
-    component.slave.directional_derivative(unknowns, unknown_count, knowns, known_count, direction, derivative);
-    return fmi2OK;
+    slave.directional_derivative(unknowns, unknown_count, knowns, known_count, direction, derivative);
   });
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                       const fmi2Integer orders[], const fmi2Real values[]) {
-  return guarded(c, "fmi2SetRealInputDerivatives", kWritable, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference references[],
+                                                       size_t count, const fmi2Integer orders[],
+                                                       const fmi2Real values[]) noexcept {
+  return call(c, "fmi2SetRealInputDerivatives", kWritable, [&](Slave& slave) {
     require("fmi2SetRealInputDerivatives", count, references, orders, values);
-    component.slave.set_input_derivatives(references, count, orders, values);
-    return fmi2OK;
+    slave.set_input_derivatives(references, count, orders, values);
   });
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                        const fmi2Integer orders[], fmi2Real values[]) {
-  return guarded(c, "fmi2GetRealOutputDerivatives", kStep | kTerminated, [&](Component& component) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],
+                                                        size_t count, const fmi2Integer orders[],
+                                                        fmi2Real values[]) noexcept {
+  return call(c, "fmi2GetRealOutputDerivatives", kStep | kTerminated, [&](Slave& slave) {
     require("fmi2GetRealOutputDerivatives", count, references, orders, values);
-    component.slave.get_output_derivatives(references, count, orders, values);
-    return fmi2OK;
+    slave.get_output_derivatives(references, count, orders, values);
   });
 }
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real H, fmi2Boolean) {
-  return guarded(c, "fmi2DoStep", kStep, [&](Component& component) {
-    if (component.slave.do_step(t, H)) return fmi2OK;
-    component.log(fmi2Discard, kDiscard, component.slave.message().c_str());
-    return fmi2Discard;
+// --- states ----------------------------------------------------------------------------------------------------------
+
+SIGMAFMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) noexcept {
+  return call(c, "fmi2GetFMUstate", kAny, [&](Slave& slave) {
+    require("fmi2GetFMUstate", 1, state);
+    hand_over(slave.save(), state);
   });
 }
 
-fmi2Status fmi2CancelStep(fmi2Component c) {
-  return guarded(c, "fmi2CancelStep", kStep, [](Component& component) {
-    return refuse(component, "fmi2CancelStep: no step is pending; steps end before fmi2DoStep returns.");
+SIGMAFMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) noexcept {
+  return call(c, "fmi2SetFMUstate", kAny, [&](Slave& slave) {
+    require("fmi2SetFMUstate", 1, state);
+    slave.restore(snapshot_of(state));
   });
 }
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind, fmi2Status*) { return no_status(c, "fmi2GetStatus"); }
+SIGMAFMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) noexcept {
+  return call(c, "fmi2FreeFMUstate", kAny, [&](Slave&) {
+    if (!state) return;
+    delete static_cast<Snapshot*>(*state);
+    *state = nullptr;
+  });
+}
 
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real* value) {
+SIGMAFMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) noexcept {
+  return call(c, "fmi2SerializedFMUstateSize", kAny, [&](Slave& slave) {
+    require("fmi2SerializedFMUstateSize", 1, state, size);
+    *size = slave.serialize(snapshot_of(state)).size();
+  });
+}
+
+SIGMAFMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
+                                                 size_t size) noexcept {
+  return call(c, "fmi2SerializeFMUstate", kAny, [&](Slave& slave) {
+    require("fmi2SerializeFMUstate", 1, state, bytes);
+    const std::vector<char> serialized = slave.serialize(snapshot_of(state));
+    if (size < serialized.size()) {
+      fail<Refused>("The buffer for the serialized FMU state has ", size, " bytes; ", serialized.size(),
+                    " are needed.");
+    }
+    std::copy(serialized.begin(), serialized.end(), bytes);
+  });
+}
+
+SIGMAFMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                                   fmi2FMUstate* state) noexcept {
+  return call(c, "fmi2DeSerializeFMUstate", kAny, [&](Slave& slave) {
+    require("fmi2DeSerializeFMUstate", 1, bytes, state);
+    hand_over(slave.deserialize(bytes, size), state);
+  });
+}
+
+// --- asynchronous steps, which there are none of ---------------------------------------------------------------------
+
+SIGMAFMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) noexcept {
+  return call(c, "fmi2CancelStep", kStep, [](Slave&) {
+    throw Refused("fmi2CancelStep: no step is pending; steps end before fmi2DoStep returns.");
+  });
+}
+
+SIGMAFMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind, fmi2Status*) noexcept {
+  return no_status(c, "fmi2GetStatus");
+}
+
+SIGMAFMU_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real* value) noexcept {
   if (kind != fmi2LastSuccessfulTime) return no_status(c, "fmi2GetRealStatus");
-  return guarded(c, "fmi2GetRealStatus", kStep | kTerminated, [&](Component& component) {
+  return call(c, "fmi2GetRealStatus", kStep | kTerminated, [&](Slave& slave) {
     require("fmi2GetRealStatus", 1, value);
-    *value = component.slave.time();
-    return fmi2OK;
+    *value = slave.time();
   });
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) noexcept {
   return no_status(c, "fmi2GetIntegerStatus");
 }
 
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean* value) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind,
+                                                fmi2Boolean* value) noexcept {
   if (kind != fmi2Terminated) return no_status(c, "fmi2GetBooleanStatus");
-  return guarded(c, "fmi2GetBooleanStatus", kStep | kTerminated, [&](Component&) {
+  return call(c, "fmi2GetBooleanStatus", kStep | kTerminated, [&](Slave&) {
     require("fmi2GetBooleanStatus", 1, value);
     *value = fmi2False;  // the FMU never asks the master to end the simulation
-    return fmi2OK;
   });
 }
 
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) {
+SIGMAFMU_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) noexcept {
   return no_status(c, "fmi2GetStringStatus");
 }
 
 }  // extern "C"
+
+// What is exported is what the standard's header declares.
+template <typename Declared, typename... Arguments, typename Result>
+constexpr bool is(Result (*)(Arguments...) noexcept) {
+  return std::is_same_v<Result (*)(Arguments...), Declared*>;
+}
+static_assert(is<fmi2GetTypesPlatformTYPE>(fmi2GetTypesPlatform));
+static_assert(is<fmi2GetVersionTYPE>(fmi2GetVersion));
+static_assert(is<fmi2InstantiateTYPE>(fmi2Instantiate));
+static_assert(is<fmi2FreeInstanceTYPE>(fmi2FreeInstance));
+static_assert(is<fmi2SetDebugLoggingTYPE>(fmi2SetDebugLogging));
+static_assert(is<fmi2SetupExperimentTYPE>(fmi2SetupExperiment));
+static_assert(is<fmi2EnterInitializationModeTYPE>(fmi2EnterInitializationMode));
+static_assert(is<fmi2ExitInitializationModeTYPE>(fmi2ExitInitializationMode));
+static_assert(is<fmi2TerminateTYPE>(fmi2Terminate));
+static_assert(is<fmi2ResetTYPE>(fmi2Reset));
+static_assert(is<fmi2DoStepTYPE>(fmi2DoStep));
+static_assert(is<fmi2GetRealTYPE>(fmi2GetReal));
+static_assert(is<fmi2SetRealTYPE>(fmi2SetReal));
+static_assert(is<fmi2GetIntegerTYPE>(fmi2GetInteger));
+static_assert(is<fmi2SetIntegerTYPE>(fmi2SetInteger));
+static_assert(is<fmi2GetBooleanTYPE>(fmi2GetBoolean));
+static_assert(is<fmi2SetBooleanTYPE>(fmi2SetBoolean));
+static_assert(is<fmi2GetStringTYPE>(fmi2GetString));
+static_assert(is<fmi2SetStringTYPE>(fmi2SetString));
+static_assert(is<fmi2GetDirectionalDerivativeTYPE>(fmi2GetDirectionalDerivative));
+static_assert(is<fmi2SetRealInputDerivativesTYPE>(fmi2SetRealInputDerivatives));
+static_assert(is<fmi2GetRealOutputDerivativesTYPE>(fmi2GetRealOutputDerivatives));
+static_assert(is<fmi2GetFMUstateTYPE>(fmi2GetFMUstate));
+static_assert(is<fmi2SetFMUstateTYPE>(fmi2SetFMUstate));
+static_assert(is<fmi2FreeFMUstateTYPE>(fmi2FreeFMUstate));
+static_assert(is<fmi2SerializedFMUstateSizeTYPE>(fmi2SerializedFMUstateSize));
+static_assert(is<fmi2SerializeFMUstateTYPE>(fmi2SerializeFMUstate));
+static_assert(is<fmi2DeSerializeFMUstateTYPE>(fmi2DeSerializeFMUstate));
+static_assert(is<fmi2CancelStepTYPE>(fmi2CancelStep));
+static_assert(is<fmi2GetStatusTYPE>(fmi2GetStatus));
+static_assert(is<fmi2GetRealStatusTYPE>(fmi2GetRealStatus));
+static_assert(is<fmi2GetIntegerStatusTYPE>(fmi2GetIntegerStatus));
+static_assert(is<fmi2GetBooleanStatusTYPE>(fmi2GetBooleanStatus));
+static_assert(is<fmi2GetStringStatusTYPE>(fmi2GetStringStatus));

@@ -1,18 +1,18 @@
 // A mechanism as a co-simulation slave: phases, values, communication steps, snapshots. Knows no FMI version.
 //
-// Every call either does what it says or throws and leaves the slave as it was: Refused for a request that cannot be
-// met (wrong value, wrong variable), Discarded for a computation that did not succeed. do_step reports by its result,
-// because part of a step may have been done. A Slave shares nothing with others: one thread at a time per slave.
+// Every call either does what it says or throws and leaves the slave as it was, also when memory runs out: Refused for
+// a request that cannot be met (wrong value, wrong variable), Discarded for a computation that did not succeed. do_step
+// reports by its result, because part of a step may have been done. A Slave shares nothing with others: one thread at a
+// time per slave.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <stdexcept>
 
+#include "fmi/engine.h"
+#include "fmi/remarks.h"
 #include "fmi/snapshot.h"
 #include "fmi/variables.h"
-#include "integrator/integrator.h"
-#include "solve/start/assembly.h"
 
 namespace sigmafmu {
 
@@ -25,12 +25,8 @@ struct Discarded : std::runtime_error {
 
 class Slave {
  public:
-  enum class Report { event, warning };
-  using Reporter = std::function<void(Report, const std::string&)>;
-
-  Slave(Mechanism defaults, std::string identity, Reporter report);
-
-  bool reports_events = false;  // whether Report::event is wanted: making its text allocates
+  // What is to be said beside the results of calls goes to `listener`, which outlives the slave; null: nowhere.
+  Slave(Mechanism mechanism, std::string identity, Listener* listener = nullptr);
 
   Phase phase() const { return data_.phase; }
   const std::vector<Variable>& variables() const { return variables_; }
@@ -45,6 +41,7 @@ class Slave {
   // References are indices into variables(); integers, enumerations included, are apart from reals.
   void get(const unsigned* references, std::size_t count, bool integer, double* values);
   void set(const unsigned* references, std::size_t count, bool integer, const double* values);
+
   // order 1 or 2: derivatives of inputs at the beginning of the next communication step; back to 0 after it.
   void set_input_derivatives(const unsigned* references, std::size_t count, const int* orders, const double* values);
   // order 1: total time derivative of real outputs at the present point.
@@ -57,60 +54,66 @@ class Slave {
   // message() says what happened. Does not allocate unless something goes wrong.
   [[nodiscard]] bool do_step(double t, double H);
   double time() const { return data_.state.time; }
-  const std::string& message() const { return message_; }
+  const char* message() const { return message_.empty() ? kNoMemory : message_.c_str(); }
 
-  Snapshot save() const;
+  Snapshot save() const { return data_; }
   void restore(const Snapshot& snapshot);
-  const std::string& identity() const { return identity_; }
+  // Bytes that another process with the same FMU can read.
+  std::vector<char> serialize(const Snapshot& snapshot) const { return sigmafmu::serialize(snapshot, identity_); }
+  // Throws Refused for bytes that are no state of this slave.
+  Snapshot deserialize(const char* bytes, std::size_t size) const;
 
  private:
-  // All that is built from the parameters.
-  struct Engine {
-    System system;
-    ConsistentSolver solver;
-    std::unique_ptr<Integrator> integrator;
-    Engine(const MultibodyDef& multibody, const IntegratorSettings& settings)
-        : system(multibody), solver(system), integrator(make_integrator(system, settings)) {}
+  // slave.cpp
+  struct Changes {
+    bool inputs = false, parameters = false;
   };
-  // Outputs of one point, computed as far as asked for.
-  struct Outputs {
-    Evaluation evaluation;
-    VectorXd vdot, lambda, u;
-    bool has_motion = false, has_accelerations = false;
-  };
-
-  const Variable& variable(unsigned reference) const;
-  const Variable& real_output(unsigned reference, const char* purpose) const;
-  void read_parameters();
-  bool apply_parameters(const std::vector<double>& values);
-  IntegratorSettings settings() const;
-  void build();
+  void read_parameters(const Mechanism& mechanism, std::vector<double>& values) const;
+  void set_parameters(Mechanism& mechanism, const std::vector<double>& values) const;
+  bool same_fixed(const std::vector<double>& a, const std::vector<double>& b) const;
+  IntegratorSettings settings(const Mechanism& mechanism, double tolerance) const;
+  std::unique_ptr<Engine> make_engine(const Mechanism& mechanism, double tolerance) const;
+  bool engine_fits(const Snapshot& data) const;
+  void fit_engine(const Mechanism& mechanism, const Snapshot& data);
+  Snapshot first_snapshot() const;
   void initialize();
   void ensure_initialized();
+  const Variable& variable(unsigned reference) const;
+  const Variable& typed_variable(unsigned reference, bool integer, const char* done) const;
   void require_settable(const Variable& v) const;
+  Changes check_values(const unsigned* references, std::size_t count, bool integer, const double* values) const;
+  void store_values(const unsigned* references, std::size_t count, const double* values);
+  void remember_acceleration();
+  void forget_outputs();
   void evaluate(bool accelerations);
   void accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                 VectorXd& lambda);
   View view() const;
+  // slave_derivatives.cpp
+  const Variable& real_output(unsigned reference, const char* purpose) const;
+  // slave_step.cpp
+  void check_step(double t, double H) const;
   void absorb_jump();
-  void warn_about_initial_values() const;
-  void warn_about_settings();
-  void warn_about_accuracy(double t, double h);
-  void describe_failure(const StepFailure& failure);
+  bool internal_steps(double t, double H, std::int64_t n);
+  void describe_failure(const StepFailure& failure) noexcept;
   std::string describe_position();
 
-  const Mechanism defaults_;
   const std::string identity_;
-  Reporter report_;
+  KktPlans plans_;  // of every engine: parameters do not change the topology
   Mechanism mechanism_;
+  const IntegratorSettings default_settings_;
+  std::unique_ptr<Engine> engine_;
+  // What the engine was built from.
+  std::vector<double> engine_parameters_;
+  double engine_tolerance_ = 0;
+
   std::vector<Variable> variables_;
   std::vector<unsigned> parameter_references_;
-  std::unique_ptr<Engine> engine_;
+  std::vector<double> default_parameters_;
   Snapshot data_;
-  Outputs outputs_;
-  VectorXd vdot_before_, vdot_after_, lambda_scratch_;
+  OutputValues outputs_;
+  Remarks remarks_;
   std::string message_;
-  bool warned_of_error_ = false, warned_of_spin_ = false;
 };
 
 }  // namespace sigmafmu

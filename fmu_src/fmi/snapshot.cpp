@@ -1,5 +1,6 @@
 #include "fmi/snapshot.h"
 
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>
@@ -9,7 +10,7 @@ namespace sigmafmu {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
-constexpr std::uint32_t kFormat = 3;
+constexpr std::uint32_t kFormat = 4;
 
 // The one list of what a snapshot consists of; `archive` writes or reads each item.
 template <typename Archive, typename AnySnapshot>
@@ -37,6 +38,8 @@ class Writer {
   void operator()(const std::vector<T>& values) {
     array(values.data(), values.size());
   }
+  void operator()(bool value) { (*this)(static_cast<std::uint8_t>(value)); }
+  void operator()(Phase value) { (*this)(static_cast<std::uint8_t>(value)); }
   void operator()(const Eigen::VectorXd& values) { array(values.data(), static_cast<std::size_t>(values.size())); }
   void raw(const void* data, std::size_t size) {
     if (size == 0) return;
@@ -61,6 +64,9 @@ class Reader {
   void operator()(T& value) {
     raw(&value, sizeof value);
   }
+  // Their types have fewer values than their bytes.
+  void operator()(bool& value) { value = small_number(1) != 0; }
+  void operator()(Phase& value) { value = static_cast<Phase>(small_number(static_cast<int>(Phase::terminated))); }
   template <typename T>
   void operator()(std::vector<T>& values) {
     values.resize(count(sizeof(T)));
@@ -78,6 +84,12 @@ class Reader {
   std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
 
  private:
+  int small_number(int largest) {
+    std::uint8_t n = 0;
+    (*this)(n);
+    if (n > largest) throw std::invalid_argument("The serialized FMU state is damaged.");
+    return n;
+  }
   std::size_t count(std::size_t item) {
     std::uint64_t n = 0;
     (*this)(n);
@@ -88,6 +100,23 @@ class Reader {
   const char* end_;
 };
 
+// Notes the sizes of the vectors.
+class Sizes {
+ public:
+  template <typename T, std::enable_if_t<std::is_trivially_copyable_v<T>, int> = 0>
+  void operator()(const T&) {}
+  template <typename T>
+  void operator()(const std::vector<T>& values) {
+    sizes_.at(count_++) = values.size();
+  }
+  void operator()(const Eigen::VectorXd& values) { sizes_.at(count_++) = static_cast<std::size_t>(values.size()); }
+  bool operator==(const Sizes& other) const { return sizes_ == other.sizes_; }
+
+ private:
+  std::array<std::size_t, 24> sizes_{};
+  std::size_t count_ = 0;
+};
+
 // FNV-1a, 64 bit: guards against truncation and accidents, not against attackers.
 std::uint64_t checksum(const char* data, std::size_t size) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
@@ -96,6 +125,13 @@ std::uint64_t checksum(const char* data, std::size_t size) {
 }
 
 }  // namespace
+
+bool same_sizes(const Snapshot& a, const Snapshot& b) {
+  Sizes of_a, of_b;
+  visit(of_a, a);
+  visit(of_b, b);
+  return of_a == of_b;
+}
 
 std::vector<char> serialize(const Snapshot& snapshot, const std::string& identity) {
   Writer writer;

@@ -1,4 +1,5 @@
-// Units, types of variables, their nominal values and enumerations: the tables behind TypeDefinitions.
+// Units, types of variables and their nominal values: tables behind TypeDefinitions; enumerations are in
+// model/settings_table.h.
 #pragma once
 
 #include <string>
@@ -40,16 +41,5 @@ struct RealType {
   double Scales::* nominal;  // or null
 };
 const std::vector<RealType>& real_types();
-
-struct Enumeration {
-  const char* name;
-  const char* description;
-  struct Item {
-    const char* name;
-    const char* description;
-  };
-  std::vector<Item> items;  // values 1, 2, ...
-};
-const std::vector<Enumeration>& enumerations();
 
 }  // namespace sigmafmu

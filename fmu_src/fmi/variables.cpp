@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
 
+Eigen::Map<Vector3d> vector3(double* values) { return Eigen::Map<Vector3d>(values); }
+
 Vector3d rotation_vector(const View& view, int body) {
   return lie::log(lie::quaternion(view.q.data() + kPositionsPerBody * body));
 }
@@ -22,50 +24,61 @@ double rotation_vector_rate(const View& view, int body, int i) {
   return lie::tangent_inverse_times(rotation_vector(view, body), w_WB_B)[i];
 }
 
-Joint::Reaction reaction(const View& view, int j) {
-  return view.system.reaction(view.evaluation, j, view.lambda.data() + view.system.lambda_index(j));
+// Force and torque.
+void reaction(const View& view, int j, double* values) {
+  const Joint::Reaction r = view.system.reaction(view.evaluation, j, view.lambda.data() + view.system.lambda_index(j));
+  vector3(values) = r.force;
+  vector3(values + 3) = r.torque;
 }
 
-double joint_coordinate(const View& view, int c, int) {
-  const double x = view.system.coordinate_value(view.evaluation, c);
-  if (!view.system.coordinate(c).is_angle()) return x;
-  return x + kTwoPi * std::round((view.state.turned[c] - x) / kTwoPi);  // the state counts turns
+void joint_coordinate(const View& view, int c, double* value) {
+  *value = view.system.coordinate_value(view.evaluation, c);
+  if (!view.system.coordinate(c).is_angle()) return;
+  *value += kTwoPi * std::round((view.state.turned[c] - *value) / kTwoPi);  // the state counts turns
 }
 
-double joint_rate(const View& view, int c, int) { return view.system.coordinate_rate(view.evaluation, c); }
+void joint_rate(const View& view, int c, double* value) { *value = view.system.coordinate_rate(view.evaluation, c); }
 
 int modal_position(const View& view, int body) { return view.system.modal_position(view.system.flexible_index(body)); }
 
 int modal_velocity(const View& view, int body) { return view.system.modal_velocity(view.system.flexible_index(body)); }
 
-double station_position(const View& view, int s, int i) {
+void copy(const VectorXd& from, int first, int count, double* to) { std::copy_n(from.data() + first, count, to); }
+
+void station_position(const View& view, int s, double* values) {
   const StationDef& station = view.mechanism.stations[s];
-  double sum = 0;
-  for (int node : station.nodes) sum += view.system.node_position(view.evaluation, station.body, node)[i];
-  return sum / static_cast<double>(station.nodes.size());
+  Vector3d sum = Vector3d::Zero();
+  for (int node : station.nodes) sum += view.system.node_position(view.evaluation, station.body, node);
+  vector3(values) = sum / static_cast<double>(station.nodes.size());
 }
 
-double station_deflection(const View& view, int s, int i) {
+void station_deflection(const View& view, int s, double* values) {
   const StationDef& station = view.mechanism.stations[s];
   const int f = view.system.flexible_index(station.body);
   const VectorXd& zeta = view.evaluation.flexible[f].zeta;
-  double sum = 0;
+  const std::size_t axes = station.deflection_axes.size();
+  std::fill_n(values, axes, 0.0);
   for (int node : station.nodes) {
     const Vector3d displacement = view.system.flexible(f).shape(node).lazyProduct(zeta);
-    sum += station.deflection_axes[i].dot(displacement);
+    for (std::size_t i = 0; i < axes; ++i) values[i] += station.deflection_axes[i].dot(displacement);
   }
-  return sum / static_cast<double>(station.nodes.size());
+  for (std::size_t i = 0; i < axes; ++i) values[i] /= static_cast<double>(station.nodes.size());
 }
 
-template <typename Type>
-const Type& named(const std::vector<Type>& table, const std::string& name) {
-  for (const Type& type : table) {
-    if (type.name == name) return type;
-  }
-  throw std::logic_error("no type " + name);
+// Kinetic, potential and total energy.
+void energies(const View& view, int, double* values) {
+  values[0] = view.system.kinetic_energy(view.evaluation);
+  values[1] = view.system.potential_energy(view.evaluation);
+  values[2] = values[0] + values[1];
 }
-const RealType& real_type(const std::string& name) { return named(real_types(), name); }
-const Enumeration& enumeration(const std::string& name) { return named(enumerations(), name); }
+
+template <typename Row>
+int row_of(const std::vector<Row>& table, const std::string& name) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table[i].name == name) return static_cast<int>(i);
+  }
+  throw std::logic_error("no row " + name);
+}
 
 // Adds variables to the table; one call per row of the interface's tables.
 class Table {
@@ -85,7 +98,8 @@ class Table {
   }
 
  private:
-  using Output = double (*)(const View&, int, int);
+  using Output = void (*)(const View&, int, double*);
+  using Rate = double (*)(const View&, int, int);
   using Parameter = double& (*)(Mechanism&, int, int);
 
   Variable& add(std::string name, const char* type, std::string description) {
@@ -93,7 +107,7 @@ class Table {
     v.name = std::move(name);
     v.description = std::move(description);
     if (type) {
-      v.type = &real_type(type);
+      v.type = &real_types()[row_of(real_types(), type)];
       v.unit = v.type->unit;
       v.min = v.type->min;
       v.max = v.type->max;
@@ -106,21 +120,41 @@ class Table {
   void elements(int count, Make make) {
     for (int i = 0; i < count; ++i) make(i, "[" + std::to_string(i + 1) + "]");
   }
-  void outputs(int object, const std::string& name, int count, const char* type, const std::string& description,
-               Output output, bool needs_accelerations = false, Output rate = nullptr) {
+  // Outputs that are computed together.
+  struct Group {
+    int object;
+    Output compute;
+    bool needs_accelerations;
+    int start;  // among the values of all outputs
+  };
+  Group group(int object, int size, Output compute, bool needs_accelerations = false) {
+    output_count_ += size;
+    return {object, compute, needs_accelerations, output_count_ - size};
+  }
+  Variable& output(const Group& group, int component, const std::string& name, const char* type,
+                   const std::string& description) {
+    Variable& v = add(name, type, description);
+    v.object = group.object;
+    v.output = group.compute;
+    v.needs_accelerations = group.needs_accelerations;
+    v.group = group.start;
+    v.component = component;
+    return v;
+  }
+  void outputs(const Group& group, int first, const std::string& name, int count, const char* type,
+               const std::string& description, Rate rate = nullptr) {
     elements(count, [&](int i, const std::string& suffix) {
-      Variable& v = output_scalar(object, name + suffix, type, description, output, needs_accelerations);
-      v.component = i;
-      v.rate = rate;
+      output(group, first + i, name + suffix, type, description).rate = rate;
     });
   }
+  // A vector or scalar that is a group of its own.
+  void outputs(int object, const std::string& name, int count, const char* type, const std::string& description,
+               Output compute, bool needs_accelerations = false) {
+    outputs(group(object, count, compute, needs_accelerations), 0, name, count, type, description);
+  }
   Variable& output_scalar(int object, const std::string& name, const char* type, const std::string& description,
-                          Output output, bool needs_accelerations = false) {
-    Variable& v = add(name, type, description);
-    v.object = object;
-    v.output = output;
-    v.needs_accelerations = needs_accelerations;
-    return v;
+                          Output compute) {
+    return output(group(object, 1, compute), 0, name, type, description);
   }
   Variable& parameter(int object, const std::string& name, const char* type, const std::string& description,
                       Parameter access, Variability variability) {
@@ -174,6 +208,7 @@ class Table {
   const Mechanism& mechanism_;
   const System& system_;
   std::vector<Variable> variables_;
+  int output_count_ = 0;
 };
 
 void Table::body(int b, const std::string& n) {
@@ -181,22 +216,21 @@ void Table::body(int b, const std::string& n) {
   const auto& definition = mechanism_.multibody.bodies[b];
   const std::string origin = definition.modal ? "the frame's origin" : "the centre of mass";
   outputs(b, n + ".position", 3, "Position", "Position of " + origin + " in W",
-          [](V v, int o, int i) { return v.q[7 * o + i]; });
+          [](V v, int o, double* x) { vector3(x) = v.q.segment<3>(kPositionsPerBody * o); });
   outputs(b, n + ".quaternion", 4, "Quaternion", "Orientation R_WB as unit quaternion (w, x, y, z)",
-          [](V v, int o, int i) { return v.q[7 * o + 3 + i]; });
-  outputs(
-      b, n + ".rotationVector", 3, "Angle", "Orientation R_WB as rotation vector, at most pi long",
-      [](V v, int o, int i) { return rotation_vector(v, o)[i]; }, false, rotation_vector_rate);
+          [](V v, int o, double* x) { std::copy_n(v.q.data() + kPositionsPerBody * o + 3, 4, x); });
+  outputs(group(b, 3, [](V v, int o, double* x) { vector3(x) = rotation_vector(v, o); }), 0, n + ".rotationVector", 3,
+          "Angle", "Orientation R_WB as rotation vector, at most pi long", rotation_vector_rate);
   outputs(b, n + ".velocity", 3, "Velocity", "Velocity of " + origin + " in W",
-          [](V v, int o, int i) { return v.v[6 * o + i]; });
+          [](V v, int o, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o); });
   outputs(b, n + ".angularVelocity", 3, "AngularVelocity", "Angular velocity in body axes",
-          [](V v, int o, int i) { return v.v[6 * o + 3 + i]; });
+          [](V v, int o, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o + 3); });
   outputs(
       b, n + ".acceleration", 3, "Acceleration", "Acceleration of " + origin + " in W",
-      [](V v, int o, int i) { return v.vdot[6 * o + i]; }, true);
+      [](V v, int o, double* x) { vector3(x) = v.vdot.segment<3>(kVelocitiesPerBody * o); }, true);
   outputs(
       b, n + ".angularAcceleration", 3, "AngularAcceleration", "Angular acceleration in body axes",
-      [](V v, int o, int i) { return v.vdot[6 * o + 3 + i]; }, true);
+      [](V v, int o, double* x) { vector3(x) = v.vdot.segment<3>(kVelocitiesPerBody * o + 3); }, true);
   inputs(system_.force_index(b), n + ".force", "Force", "Force applied at " + origin + ", in W");
   inputs(system_.force_index(b) + 3, n + ".torque", "Torque", "Torque applied, in body axes");
 
@@ -243,9 +277,9 @@ void Table::modal(int b, const std::string& n, const ModalDef& d) {
   constexpr auto tunable = Variability::tunable;
   const int modes = d.mode_count();
   outputs(b, n + ".modal", modes, "Deflection", "Modal coordinate",
-          [](V v, int o, int i) { return v.q[modal_position(v, o) + i]; });
+          [](V v, int o, double* x) { copy(v.q, modal_position(v, o), v.system.modes(o), x); });
   outputs(b, n + ".modalRate", modes, "DeflectionRate", "Rate of the modal coordinate",
-          [](V v, int o, int i) { return v.v[modal_velocity(v, o) + i]; });
+          [](V v, int o, double* x) { copy(v.v, modal_velocity(v, o), v.system.modes(o), x); });
   initial_vector({InitialValue::Kind::modal, b}, modes, "Deflection", "Initial modal coordinate");
   initial_vector({InitialValue::Kind::modal_rate, b}, modes, "DeflectionRate", "Initial rate of the modal coordinate");
   parameter(
@@ -273,29 +307,26 @@ void Table::joint(int j, const std::string& n) {
     initial({Kind::joint_coordinate, j}, "", "Displacement", "Initial displacement along the joint axis");
     initial({Kind::joint_rate, j}, "", "Velocity", "Initial rate of the displacement");
   }
-  outputs(
-      j, n + ".reactionForce", 3, "Force", "Force of the joint on the second body, in W",
-      [](const View& v, int o, int i) { return reaction(v, o).force[i]; }, true);
-  outputs(
-      j, n + ".reactionTorque", 3, "Torque",
-      "Torque of the joint on the second body about the joint's point on it, in W",
-      [](const View& v, int o, int i) {
-        // exactly zero where the joint has none, not the rounding of a difference
-        return v.system.joint(o).type() == JointType::spherical ? 0.0 : reaction(v, o).torque[i];
-      },
-      joint.type() != JointType::spherical);
+  const char* force = "Force of the joint on the second body, in W";
+  const char* torque = "Torque of the joint on the second body about the joint's point on it, in W";
+  const Group both = group(j, 6, reaction, true);
+  outputs(both, 0, n + ".reactionForce", 3, "Force", force);
+  if (joint.type() == JointType::spherical) {  // exactly zero, not the rounding of a difference
+    outputs(j, n + ".reactionTorque", 3, "Torque", torque, [](const View&, int, double* x) { vector3(x).setZero(); });
+  } else {
+    outputs(both, 3, n + ".reactionTorque", 3, "Torque", torque);
+  }
 }
 
 void Table::spring_damper(int s, const std::string& n) {
   outputs(s, n + ".position", 3, "Displacement", "Attachment point on the second body, in W",
-          [](const View& v, int o, int i) {
-            return v.system.spring_damper(o).position(v.system.spring_damper_kinematics(v.evaluation, o))[i];
+          [](const View& v, int o, double* x) {
+            vector3(x) = v.system.spring_damper(o).position(v.system.spring_damper_kinematics(v.evaluation, o));
           });
-  outputs(
-      s, n + ".force", 3, "Force", "Force of spring and damper (actuator excluded) on the second body, in W",
-      [](const View& v, int o, int i) {
-        return v.system.spring_damper(o).force(v.system.spring_damper_kinematics(v.evaluation, o))[i];
-      });
+  outputs(s, n + ".force", 3, "Force", "Force of spring and damper (actuator excluded) on the second body, in W",
+          [](const View& v, int o, double* x) {
+            vector3(x) = v.system.spring_damper(o).force(v.system.spring_damper_kinematics(v.evaluation, o));
+          });
   inputs(system_.actuator_index(s), n + ".actuatorForce", "Force",
          "Actuator force on the attachment point of the second body, in W");
   parameters(
@@ -333,89 +364,68 @@ void Table::global() {
   parameters(
       0, "gravity", 3, "Acceleration", "Gravitational acceleration in W",
       [](Mechanism& m, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
-  output_scalar(0, "energy.kinetic", "Energy", "Kinetic energy of all bodies",
-                [](V v, int, int) { return v.system.kinetic_energy(v.evaluation); });
-  output_scalar(0, "energy.potential", "Energy",
-                system_.flexible_count() > 0
-                    ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
-                    : "Potential energy of gravity (zero at the origin of W) and springs",
-                [](V v, int, int) { return v.system.potential_energy(v.evaluation); });
-  output_scalar(0, "energy.total", "Energy", "Kinetic and potential energy", [](V v, int, int) {
-    return v.system.kinetic_energy(v.evaluation) + v.system.potential_energy(v.evaluation);
-  });
+  const Group energy = group(0, 3, energies);
+  output(energy, 0, "energy.kinetic", "Energy", "Kinetic energy of all bodies");
+  output(energy, 1, "energy.potential", "Energy",
+         system_.flexible_count() > 0 ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
+                                      : "Potential energy of gravity (zero at the origin of W) and springs");
+  output(energy, 2, "energy.total", "Energy", "Kinetic and potential energy");
   output_scalar(0, "constraint.positionResidual", "Residual",
                 "Largest violation of a joint equation (m, or 1 for directions)",
-                [](V v, int, int) { return v.system.position_residual(v.evaluation); });
+                [](V v, int, double* x) { *x = v.system.position_residual(v.evaluation); });
   output_scalar(0, "constraint.velocityResidual", "Residual",
                 "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
-                [](V v, int, int) { return v.system.velocity_residual(v.evaluation); });
+                [](V v, int, double* x) { *x = v.system.velocity_residual(v.evaluation); });
 }
 
 void Table::integrator() {
-  constexpr auto fixed = Variability::fixed;
-  using M = Mechanism&;
   const std::string n = "integrator.";
-  auto real = [&](const char* name, const char* type, const char* description, Parameter access) -> Variable& {
-    return parameter(0, n + name, type, description, access, fixed);
+  auto real = [&](const char* name, const char* type, const char* description) {
+    const int row = row_of(real_settings(), name);
+    const RealSetting& setting = real_settings()[row];
+    Variable& v = parameter(
+        row, n + name, type, description,
+        [](Mechanism& m, int o, int) -> double& { return m.integrator.*real_settings()[o].value; }, Variability::fixed);
+    v.min = setting.min;
+    v.max = setting.max;
+    v.above_min = setting.above_min;
   };
-  Variable& h = real("stepSize", "Time", "Largest internal step",
-                     [](M m, int, int) -> double& { return m.integrator.step_size; });
-  h.above_min = true;
-  real("spectralRadius", "Fraction", "Spectral radius at infinite frequency: 1 no damping, 0 strongest",
-       [](M m, int, int) -> double& { return m.integrator.spectral_radius; });
-  real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value",
-       [](M m, int, int) -> double& { return m.integrator.sigma; });
-  Variable& absolute = real("absoluteTolerance", "Tolerance",
-                            "Allowed velocity increment of Newton's method, error of a step of rkmk54 (m/s and rad/s)",
-                            [](M m, int, int) -> double& { return m.integrator.absolute_tolerance; });
-  absolute.above_min = true;
-  Variable& relative = real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity",
-                            [](M m, int, int) -> double& { return m.integrator.relative_tolerance; });
-  relative.max = 1e-2;
-  Variable& error = real("errorTolerance", "Tolerance",
-                         "With stepControl error: allowed position error of an internal step, relative to the "
-                         "mechanism's size; of rotations in rad",
-                         [](M m, int, int) -> double& { return m.integrator.error_tolerance; });
-  error.above_min = true;
-  error.max = 0.1;
+  real("stepSize", "Time", "Largest internal step");
+  real("spectralRadius", "Fraction", "Spectral radius at infinite frequency: 1 no damping, 0 strongest");
+  real("sigma", "Number", "Sigma modification: 0 geom1, 1 tangent-free, any real value");
+  real("absoluteTolerance", "Tolerance",
+       "Allowed velocity increment of Newton's method, error of a step of rkmk54 (m/s and rad/s)");
+  real("relativeTolerance", "Tolerance", "The same, relative to a body's velocity");
+  real("errorTolerance", "Tolerance",
+       "With stepControl error: allowed position error of an internal step, relative to the mechanism's size; of "
+       "rotations in rad");
 
-  auto integer = [&](const char* name, const char* description, int min, int max, int& (*access)(M)) -> Variable& {
+  auto integer = [&](const char* name, const char* description) {
+    const int row = row_of(integer_settings(), name);
+    const IntegerSetting& setting = integer_settings()[row];
     Variable& v = add(n + name, nullptr, description);
     v.causality = Causality::parameter;
-    v.variability = fixed;
+    v.variability = Variability::fixed;
     v.integer = true;
-    v.min = min;
-    v.max = max;
-    v.option = access;
-    return v;
+    v.object = row;
+    v.option = [](Mechanism& m, int o) -> int& { return m.integrator.*integer_settings()[o].value; };
+    v.min = setting.min;
+    v.max = setting.max;
+    v.enumeration = setting.enumeration;
   };
-  integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step", 1, 1000,
-          [](M m) -> int& { return m.integrator.max_newton_iterations; });
+  integer("maxNewtonIterations", "Newton iterations in one attempt at an internal step");
   integer("maxHalvings",
-          "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step", 0,
-          20, [](M m) -> int& { return m.integrator.max_halvings; });
-
-  auto option = [&](const char* name, const char* type, int& (*access)(M)) {
-    const Enumeration& e = enumeration(type);
-    integer(name, e.description, 1, static_cast<int>(e.items.size()), access).enumeration = &e;
-  };
-  option("method", "Method", [](M m) -> int& { return m.integrator.method; });
-  option("group", "Group", [](M m) -> int& { return m.integrator.group; });
-  option("localCoordinates", "LocalCoordinates", [](M m) -> int& { return m.integrator.local_coordinates; });
-  option("absoluteCoordinates", "AbsoluteCoordinates", [](M m) -> int& { return m.integrator.absolute_coordinates; });
-  option("formulation", "Formulation", [](M m) -> int& { return m.integrator.formulation; });
-  option("corrector", "Corrector", [](M m) -> int& { return m.integrator.corrector; });
-  option("jacobian", "Jacobian", [](M m) -> int& { return m.integrator.jacobian; });
-  option("newton", "Newton", [](M m) -> int& { return m.integrator.newton; });
-  option("sigmaMode", "SigmaMode", [](M m) -> int& { return m.integrator.sigma_mode; });
-  option("stepControl", "StepControl", [](M m) -> int& { return m.integrator.step_control; });
+          "How often an internal step that fails is halved before fmi2DoStep gives up; 0 bounds the time of a step");
+  for (const IntegerSetting& setting : integer_settings()) {
+    if (setting.enumeration) integer(setting.name, setting.enumeration->description);
+  }
 
   output_scalar(
       0, n + "errorEstimate", "Estimate",
       "Estimated position error of the last internal step, relative to the mechanism's size; of rotations in rad",
-      [](const View& v, int, int) { return v.state.error; });
+      [](const View& v, int, double* x) { *x = v.state.error; });
   output_scalar(0, n + "largestErrorEstimate", "Estimate", "Largest estimate of all internal steps since the start",
-                [](const View& v, int, int) { return v.state.largest_error; });
+                [](const View& v, int, double* x) { *x = v.state.largest_error; });
 
   auto counter = [&](const char* name, const char* description, Output output) {
     Variable& v = output_scalar(0, n + name, nullptr, description, output);
@@ -424,13 +434,13 @@ void Table::integrator() {
     v.variability = Variability::discrete;
   };
   counter("steps", "Internal steps since the start",
-          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.steps); });
+          [](const View& v, int, double* x) { *x = static_cast<double>(v.state.counters.steps); });
   counter("newtonIterations", "Newton iterations since the start (rkmk: of projections)",
-          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.newton_iterations); });
+          [](const View& v, int, double* x) { *x = static_cast<double>(v.state.counters.newton_iterations); });
   counter("jacobianEvaluations", "Matrices factorized since the start",
-          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.jacobian_evaluations); });
+          [](const View& v, int, double* x) { *x = static_cast<double>(v.state.counters.jacobian_evaluations); });
   counter("retries", "Internal steps repeated with half the step since the start",
-          [](const View& v, int, int) -> double { return static_cast<double>(v.state.counters.retries); });
+          [](const View& v, int, double* x) { *x = static_cast<double>(v.state.counters.retries); });
 }
 
 }  // namespace
@@ -438,14 +448,14 @@ void Table::integrator() {
 double Variable::value(const Mechanism& mechanism) const {
   if (initial) return initial_value(mechanism.multibody, *initial);
   Mechanism& m = const_cast<Mechanism&>(mechanism);  // the accessors serve reading and writing
-  return option ? option(m) : parameter(m, object, component);
+  return option ? option(m, object) : parameter(m, object, component);
 }
 
 void Variable::set_value(Mechanism& mechanism, double value) const {
   if (initial) {
     set_initial_value(mechanism.multibody, *initial, value);
   } else if (option) {
-    option(mechanism) = static_cast<int>(value);
+    option(mechanism, object) = static_cast<int>(value);
   } else {
     parameter(mechanism, object, component) = value;
   }
@@ -473,6 +483,26 @@ std::string Variable::complaint(double value) const {
   text << ".";
   return text.str();
 }
+
+OutputValues::OutputValues(const std::vector<Variable>& variables) {
+  int count = 0;
+  for (const Variable& v : variables) {
+    if (v.output) count = std::max(count, v.group + v.component + 1);
+  }
+  values_.resize(count);
+  known_.resize(count);
+}
+
+double OutputValues::operator()(const Variable& v, const View& view) {
+  double* values = values_.data() + v.group;
+  if (!known_[v.group]) {
+    v.output(view, v.object, values);
+    known_[v.group] = 1;
+  }
+  return values[v.component];
+}
+
+void OutputValues::forget() { std::fill(known_.begin(), known_.end(), char{0}); }
 
 std::vector<Variable> make_variables(const Mechanism& mechanism, const System& system) {
   return Table(mechanism, system).make();

@@ -11,6 +11,7 @@
 #include "fmi/units.h"
 #include "integrator/state.h"
 #include "model/mechanism.h"
+#include "model/settings_table.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {
@@ -44,19 +45,34 @@ struct Variable {
   const Enumeration* enumeration = nullptr;
   bool needs_accelerations = false;  // reads View::vdot or View::lambda; only these can depend on inputs
 
-  // Where the value is: an output is computed by `output`, a parameter lies in a Mechanism, an input in the vector u.
-  int object = 0, component = 0;
-  double (*output)(const View&, int object, int component) = nullptr;
+  // Where the value is: a parameter lies in a Mechanism, an input in the vector u. Outputs are computed in groups, such
+  // as the six scalars of a joint's reaction: `output` writes the values of the group, which OutputValues keeps from
+  // `group` on, and this is the one at `component`.
+  int object = 0, component = 0, group = 0;
+  void (*output)(const View&, int object, double* values) = nullptr;
   double (*rate)(const View&, int object, int component) = nullptr;  // its time derivative, if the output may jump
   double& (*parameter)(Mechanism&, int object, int component) = nullptr;
-  int& (*option)(Mechanism&) = nullptr;  // of an integer parameter
-  std::optional<InitialValue> initial;   // which of the definition's a parameter is
+  int& (*option)(Mechanism&, int object) = nullptr;  // of an integer parameter
+  std::optional<InitialValue> initial;               // which of the definition's a parameter is
   int input = -1;
 
   double value(const Mechanism& mechanism) const;  // of a parameter
   void set_value(Mechanism& mechanism, double value) const;
   // Empty, or one sentence that says what is wrong with a value.
   std::string complaint(double value) const;
+};
+
+// Outputs at one point: each group is computed once, when the first of its values is asked for. Allocates nothing after
+// the construction.
+class OutputValues {
+ public:
+  explicit OutputValues(const std::vector<Variable>& variables);
+  double operator()(const Variable& v, const View& view);  // of an output
+  void forget();                                           // the point has changed
+
+ private:
+  std::vector<double> values_;
+  std::vector<char> known_;  // by the first value of a group
 };
 
 // The value reference of a variable is its index.

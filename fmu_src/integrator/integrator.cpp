@@ -1,141 +1,75 @@
 #include "integrator/integrator.h"
 
-#include <algorithm>
-#include <cmath>
+#include <utility>
 
-#include "integrator/bliedf.h"
-#include "integrator/generalized_alpha.h"
-#include "integrator/munthe_kaas.h"
+#include "integrator/methods/bliedf.h"
+#include "integrator/methods/generalized_alpha.h"
+#include "integrator/methods/munthe_kaas.h"
+#include "integrator/printed/printed_algorithms.h"
+#include "integrator/step_control.h"
 
 namespace sigmafmu {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+std::unique_ptr<IntegrationMethod> make_method(Problem& problem) {
+  switch (static_cast<Method>(problem.settings.method)) {
+    case Method::rkmk4:
+    case Method::rkmk54:
+      return std::make_unique<MuntheKaas>(problem);
+    case Method::bliedf2:
+      return std::make_unique<BLieDF>(problem);
+    default:
+      if (problem.settings.is(Corrector::incremental)) return std::make_unique<PrintedAlgorithms>(problem);
+      return std::make_unique<GeneralizedAlpha>(problem);
+  }
+}
 
 }  // namespace
 
-Integrator::Integrator(const System& system, const IntegratorSettings& settings)
-    : system_(system),
-      settings_(settings),
-      coordinates_(make_local_coordinates(system, settings)),
-      solver_(system),
-      measure_(system) {
+Integrator::Integrator(const System& system, const IntegratorSettings& settings, KktPlans plans)
+    : problem_(system, settings, std::move(plans)), method_(make_method(problem_)) {
   jump_.setZero(system.velocity_size());
 }
 
 State Integrator::make_state() const {
+  const System& system = problem_.system;
   State s;
-  s.q.setZero(system_.position_size());
-  for (int i = 0; i < system_.body_count(); ++i) s.q[7 * i + 3] = 1.0;
-  for (VectorXd* x : {&s.v, &s.vdot}) x->setZero(system_.velocity_size());
-  s.lambda.setZero(system_.constraint_size());
-  s.turned.setZero(system_.coordinate_count());
+  s.q.setZero(system.position_size());
+  for (int i = 0; i < system.body_count(); ++i) s.q[kPositionsPerBody * i + 3] = 1.0;
+  for (VectorXd* x : {&s.v, &s.vdot}) x->setZero(system.velocity_size());
+  s.lambda.setZero(system.constraint_size());
+  s.turned.setZero(system.coordinate_count());
+  method_->make_state(s);
   return s;
 }
 
 bool Integrator::initialize(State& s, const InputSignal& input) {
+  const System& system = problem_.system;
+  const LocalCoordinates& coordinates = *problem_.coordinates;
+  ConsistentSolver& solver = problem_.solver;
   const VectorXd assembled = s.q;
-  coordinates_->store(assembled, s.q);
-  VectorXd u(system_.input_size()), jerk(system_.velocity_size()), V, Vdot;
+  coordinates.store(assembled, s.q);
+  VectorXd u(system.input_size()), jerk(system.velocity_size()), V, Vdot;
   input.value(s.elapsed, u);
-  if (!solver_.accelerations(s.q, s.v, u, s.vdot, s.lambda)) return false;
-  for (int c = 0; c < system_.coordinate_count(); ++c) {
-    s.turned[c] = system_.coordinate_value(solver_.evaluation(), c);
-  }
-  if (!solver_.jerk(s.q, s.v, s.vdot, input, s.elapsed, jerk) || !jerk.allFinite()) return false;
-  coordinates_->to_group(s.q, s.v, s.vdot, V, Vdot);
-  coordinates_->jerk_to_group(s.q, s.v, s.vdot, jerk);
-  s.last_step = settings_.step_size;
-  remember_start(s, V, Vdot, jerk);
+  if (!solver.accelerations(s.q, s.v, u, s.vdot, s.lambda)) return false;
+  system.coordinate_values(solver.evaluation(), s.turned);
+  if (!solver.jerk(s.q, s.v, s.vdot, input, s.elapsed, jerk) || !jerk.allFinite()) return false;
+  coordinates.to_group(s.q, s.v, s.vdot, V, Vdot);
+  coordinates.jerk_to_group(s.q, s.v, s.vdot, jerk);
+  s.last_step = problem_.settings.step_size;
+  method_->start(s, V, Vdot, jerk);
   return true;
 }
 
-void Integrator::shift_accelerations(State& s, const VectorXd& jump) { s.vdot += jump; }
-
-const VectorXd& Integrator::jump_of_group(const State& s, const VectorXd& jump) {
+void Integrator::shift_accelerations(State& s, const VectorXd& jump) {
+  s.vdot += jump;
   jump_ = jump;
-  coordinates_->turn_to_group(s.q, jump_);
-  return jump_;
+  problem_.coordinates->turn_to_group(s.q, jump_);
+  method_->jump(s, jump_);
 }
 
-bool Integrator::step(State& state, double h, const InputSignal& input, StepFailure& failure) {
-  return control_order() > 0 ? controlled_step(state, h, input, failure) : fixed_step(state, h, input, failure);
-}
-
-bool Integrator::fixed_step(State& state, double remaining, const InputSignal& input, StepFailure& failure) {
-  double h = remaining;
-  const double smallest = std::ldexp(h, -settings_.max_halvings) * 0.75;
-  while (true) {
-    const bool last = h > 0.75 * remaining;
-    if (last) h = remaining;
-    if (attempt(state, h, input, failure)) {
-      if (last) return true;
-      remaining -= h;
-      continue;
-    }
-    h *= 0.5;
-    if (h < smallest) return false;
-    ++state.counters.retries;
-  }
-}
-
-// The next step is as long as the error lets expect.
-bool Integrator::controlled_step(State& state, double remaining, const InputSignal& input, StepFailure& failure) {
-  constexpr double kSafety = 0.9, kShrink = 0.2;
-  const double grow = largest_growth();
-  const double smallest = std::ldexp(remaining, -settings_.max_halvings) * 0.75;
-  while (true) {
-    const double proposed = state.next_step > 0 ? state.next_step : remaining;
-    // Rather two equal steps than a tiny last one.
-    const double h = proposed >= remaining ? remaining : std::min(proposed, 0.5 * remaining + 0.25 * proposed);
-    const bool last = h == remaining;
-    const bool done = attempt(state, h, input, failure);
-    const bool measured = done || failure.reason == StepFailure::Reason::inaccurate;
-    const double factor =
-        measured ? std::clamp(kSafety * std::pow(failure.measure, -1.0 / control_order()), kShrink, grow) : 0.5;
-    if (done) {
-      state.next_step = last ? std::max(state.next_step, factor * h) : factor * h;
-      if (last) return true;
-      remaining -= h;
-      continue;
-    }
-    state.next_step = std::min(factor, 0.9) * h;
-    if (state.next_step < smallest) return false;
-    ++state.counters.retries;
-  }
-}
-
-bool Integrator::unambiguous(const VectorXd& theta, StepFailure& failure) const {
-  int body = -1;
-  const double angle = coordinates_->largest_rotation(theta, body);
-  if (angle < kPi) return true;
-  failure.reason = StepFailure::Reason::rotation;
-  failure.body = body;
-  failure.measure = angle;
-  return false;
-}
-
-void Integrator::commit(State& s, double h, const VectorXd& q, const VectorXd& v, const Evaluation& e, double error) {
-  system_.count_turns(e, h, s.turned);
-  s.time += h;
-  s.elapsed += h;
-  coordinates_->store(q, s.q);
-  s.v = v;
-  s.error = error;
-  s.largest_error = std::max(s.largest_error, error);
-  ++s.counters.steps;
-}
-
-std::unique_ptr<Integrator> make_integrator(const System& system, const IntegratorSettings& settings) {
-  switch (static_cast<Method>(settings.method)) {
-    case Method::rkmk4:
-    case Method::rkmk54:
-      return std::make_unique<MuntheKaas>(system, settings);
-    case Method::bliedf2:
-      return std::make_unique<BLieDF>(system, settings);
-    default:
-      return std::make_unique<GeneralizedAlpha>(system, settings);
-  }
+bool Integrator::step(State& s, double h, const InputSignal& input, StepFailure& failure) {
+  return do_step(*method_, problem_.settings.max_halvings, s, h, input, failure);
 }
 
 }  // namespace sigmafmu

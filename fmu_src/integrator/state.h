@@ -35,8 +35,6 @@ struct State {
   // Modified Newton alone: the matrix it keeps from step to step, and the step size it was made for (0: none yet).
   Factorization jacobian;
   double jacobian_step = 0;
-  // Predictor extrapolated alone: vdot and lambda one step before.
-  Eigen::VectorXd vdot_old, lambda_old;
 };
 
 }  // namespace sigmafmu

@@ -1,7 +1,9 @@
 // The plain description of a multibody system: what a mechanism file fills in and what parameters change.
 //
-// SI units. W is the inertial frame. A rigid body's frame B sits in its centre of mass, a flexible body's anywhere;
-// points and axes of a body are given in B. The ground is body kGround, its frame is W.
+// What is not said has the default that stands here; only names have none. Nothing is checked while it is filled in:
+// validate does that, and comes before anything is built from it. SI units. W is the inertial frame. A rigid body's
+// frame B sits in its centre of mass, a flexible body's anywhere; points and axes of a body are given in B. The ground
+// is body kGround, its frame is W.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +27,12 @@ inline constexpr int kFloatingFrame = -1;
 
 // What makes a body flexible: n nodes and f modes, so that node i is at X_i + Phi_i zeta in B. Everything follows from
 // the nodes, the mass and the inertia of the body as well; its floating frame B need not be in the centre of mass.
+//
+// Where a file is named, load_modal_files (modal_file.h) reads what stands up to `damping` from it. The number of its
+// modes is told because the FMU has variables for each.
 struct ModalDef {
+  std::string file;         // in the FMU's folder `resources`, here in models/resources/<Mechanism>; empty: none
+  int modes = 0;            // of that file
   MatrixXd nodes;           // X [m], n x 3
   VectorXd masses;          // of the nodes, n [kg]; or
   MatrixXd mass_matrix;     // symmetric, n x n [kg], the same in all directions: T = 1/2 sum_ij M_ij r_i' . r_j'
@@ -39,8 +46,12 @@ struct ModalDef {
   VectorXd initial_rates;        // zeta'; empty: zero
 
   int node_count() const { return static_cast<int>(nodes.rows()); }
-  int mode_count() const { return static_cast<int>(shapes.cols()); }
+  bool awaits_file() const { return !file.empty() && nodes.size() == 0; }
+  int mode_count() const { return awaits_file() ? modes : static_cast<int>(shapes.cols()); }
 };
+
+// Modal data that are in a file.
+ModalDef modal_file(std::string name, int modes);
 
 // A rigid body or, with `modal`, a flexible one: its mass and inertia are then those of the nodes, and the initial
 // values are those of its floating frame.
@@ -54,11 +65,13 @@ struct RigidBodyDef {
   Vector4d initial_quaternion = Vector4d(1, 0, 0, 0);    // quat_WB (w, x, y, z), any length > 0
   Vector3d initial_velocity = Vector3d::Zero();          // v_WB in W [m/s]
   Vector3d initial_angular_velocity = Vector3d::Zero();  // w_WB_B in B [rad/s]
-  std::optional<ModalDef> modal = std::nullopt;
+  std::optional<ModalDef> modal = std::nullopt;          // rigid
 };
 
 // The mass [kg] that a body has.
 double mass(const RigidBodyDef& body);
+// The inertia matrix J [kg m^2] of a rigid body.
+Matrix3d inertia_matrix(const RigidBodyDef& body);
 
 // A right-handed frame fixed in a body: origin [m] and axes (columns x, y, z) in body coordinates. In a node of a
 // flexible body it moves and turns with the node: origin and axes are then seen from the undeformed node, in B.
@@ -141,13 +154,15 @@ struct MultibodyDef {
   // way where the joints ask for it.
   std::map<InitialValue, double> held;
 
-  // Each returns the index that later calls and `body1`, `body2` refer to.
+  // Each returns the index of what it adds; those of bodies are what `body1`, `body2` and `body` refer to.
   int add(RigidBodyDef body);
   int add(JointDef joint);
   int add(SpringDamperDef spring_damper);
   int add(LoadDef load);
 };
 
+// How many components the vector has that a value belongs to: 1 for a joint's, 0 where there is no such value.
+int component_count(const MultibodyDef& definition, const InitialValue& what);
 double& initial_value(MultibodyDef& definition, const InitialValue& what);
 double initial_value(const MultibodyDef& definition, const InitialValue& what);
 // Sets an initial value, which is held from then on, until it is set to what the definition came with.
@@ -162,10 +177,10 @@ const char* initial_unit(const MultibodyDef& definition, const InitialValue& wha
 // frame, or the largest radius of gyration.
 double size(const MultibodyDef& definition);
 
-// Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: mass and
-// inertia that no rigid body can have, a zero quaternion, negative stiffness, numbers that are not finite, unknown
-// bodies, axes that are no rotation; modal data of wrong sizes, not symmetric, not positive semidefinite, unknown
-// nodes.
+// Throws std::invalid_argument with one sentence that names the variable, its value and what is allowed: names that are
+// missing, used twice or no names of FMI variables; mass and inertia that no rigid body can have, a zero quaternion,
+// negative stiffness, numbers that are not finite, unknown bodies and nodes, axes that are no rotation; modal data that
+// are missing, of wrong sizes, not symmetric, not positive semidefinite.
 void validate(const MultibodyDef& definition);
 
 }  // namespace sigmafmu

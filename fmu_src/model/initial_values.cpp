@@ -20,6 +20,15 @@ double& modal_value(const ModalDef& modal, VectorXd& values, int mode) {
 
 }  // namespace
 
+int component_count(const MultibodyDef& d, const InitialValue& what) {
+  const auto object = static_cast<std::size_t>(what.object);
+  if (what.object < 0 || object >= (what.of_joint() ? d.joints.size() : d.bodies.size())) return 0;
+  if (what.of_joint()) return d.joints[object].has_coordinate() ? 1 : 0;
+  if (what.kind == Kind::quaternion) return 4;
+  if (what.kind != Kind::modal && what.kind != Kind::modal_rate) return 3;
+  return d.bodies[object].modal ? d.bodies[object].modal->mode_count() : 0;
+}
+
 double& initial_value(MultibodyDef& d, const InitialValue& what) {
   const auto& [kind, i, c] = what;
   switch (kind) {
@@ -50,7 +59,7 @@ double initial_value(const MultibodyDef& definition, const InitialValue& what) {
 void set_initial_value(MultibodyDef& definition, const InitialValue& what, double value) {
   double& present = initial_value(definition, what);
   if (value == present) return;
-  const auto entry = definition.held.emplace(what, present).first;
+  const auto entry = definition.held.try_emplace(what, present).first;
   present = value;
   if (value == entry->second) {
     present = entry->second;  // whose zero may have the other sign

@@ -13,14 +13,6 @@
 
 namespace sigmafmu {
 
-// Makes a body flexible with the modal data of a file: one of the FMU's folder `resources`, here in
-// models/resources/<Mechanism>. The number of modes is told because the FMU has variables for each.
-struct ModalFileDef {
-  int body = 0;
-  std::string file;
-  int modes = 0;
-};
-
 // A point of a flexible body, the mean of some of its nodes, whose place in W is an output. So are, if axes (unit
 // vectors in B) are given, the components of its displacement by deformation along them.
 struct StationDef {
@@ -35,11 +27,17 @@ struct Mechanism {
   std::string name;         // = model identifier = name of the function and of its file
   std::string description;  // one sentence
   MultibodyDef multibody;
-  std::vector<ModalFileDef> modal_files;  // data that `multibody` lacks until load_modal_files (fmi/modal_file.h)
   std::vector<StationDef> stations;
   IntegratorSettings integrator;
   double stop_time = 1.0;            // default experiment [s]
   double communication_step = 1e-3;  // default experiment [s]
+
+  int add(StationDef station);  // returns its index
 };
+
+// Each throws std::invalid_argument with one sentence, as that for a MultibodyDef: settings of the integrator that are
+// out of range; stations of no flexible body or at no node of it, the name of the mechanism, the default experiment.
+void validate(const IntegratorSettings& settings);
+void validate(const Mechanism& mechanism);
 
 }  // namespace sigmafmu

@@ -14,8 +14,6 @@ enum class CoordinateMap { exponential = 1, cayley, cayley2 };
 enum class AbsoluteCoordinates { quaternion = 1, rotation_vector };
 enum class SigmaMode { fixed = 1, spin_optimal };
 enum class StepControl { fixed = 1, error };
-// Where the residual form starts its iterations: the result does not depend on it, so it is no variable of the FMU.
-enum class Predictor { previous = 1, zero, extrapolated };
 
 struct IntegratorSettings {
   double step_size = 1e-3;            // h: largest internal step [s]
@@ -36,7 +34,6 @@ struct IntegratorSettings {
   int sigma_mode = static_cast<int>(SigmaMode::fixed);
   int step_control = static_cast<int>(StepControl::fixed);
   double error_tolerance = 1e-8;  // of an internal step, with step_control error: position over the mechanism's size
-  int predictor = static_cast<int>(Predictor::previous);
 
   bool is(Method m) const { return method == static_cast<int>(m); }
   bool is(LieGroup g) const { return group == static_cast<int>(g); }
@@ -48,7 +45,6 @@ struct IntegratorSettings {
   bool is(Newton n) const { return newton == static_cast<int>(n); }
   bool is(SigmaMode m) const { return sigma_mode == static_cast<int>(m); }
   bool is(StepControl c) const { return step_control == static_cast<int>(c); }
-  bool is(Predictor p) const { return predictor == static_cast<int>(p); }
 };
 
 }  // namespace sigmafmu

@@ -1,5 +1,6 @@
 // What elements attach to: a body's own frame, the ground, or a frame N that moves with a node of a flexible body B, so
-// that elements written for rigid frames hold there as well. With the modes' shapes Phi and turns Psi at the node, s = X + Phi zeta and theta = Psi zeta:
+// that elements written for rigid frames hold there as well. With the modes' shapes Phi and turns Psi at the node, s =
+// X + Phi zeta and theta = Psi zeta:
 //
 //   p_WN = p_WB + R s,              R_WN = R A,   A = exp(hat(theta))
 //   v_WN = v_WB + R (w x s + s'),   w_N = A^T w + T(theta) theta'

@@ -28,10 +28,11 @@ struct BlockPattern {
     int row, column;  // unknowns
     int offset;       // of the block in Evaluation::C and K, column-major; the first ones also in M
   };
+  int bodies = 0;
   std::vector<Unknown> unknowns;
   std::vector<int> constraint_sizes;  // equations
-  // Blocks of M, C and K. Those of M come first: a pose with itself, body after body, then for each flexible body (pose,
-  // modes), (modes, pose) and (modes, modes).
+  // Blocks of M, C and K. Those of M come first: a pose with itself, body after body, then for each flexible body
+  // (pose, modes), (modes, pose) and (modes, modes).
   std::vector<Pair> pairs;
   int inertia_pairs = 0;
   std::vector<Incidence> incidences;  // blocks of B and Z

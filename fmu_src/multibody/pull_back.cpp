@@ -6,7 +6,9 @@ namespace sigmafmu {
 FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) const {
   const int modes = flexible_[flexible].body.modes(), first = body_count_ + 3 * flexible;
   const auto at = [&](int p) { return blocks.data() + pattern_.pairs[p].offset; };
-  return {PairBlock<6, 6>(at(flexible_[flexible].index)), {at(first), 6, modes}, {at(first + 1), modes, 6},
+  return {PairBlock<6, 6>(at(flexible_[flexible].index)),
+          {at(first), 6, modes},
+          {at(first + 1), modes, 6},
           {at(first + 2), modes, modes}};
 }
 

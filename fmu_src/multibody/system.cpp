@@ -38,8 +38,7 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
   }
   for (std::size_t k = 1; k < node_frames_.size(); ++k) {
     const auto& [body, f, node] = node_frames_[k];
-    evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k],
-                        e.node_frames[k]);
+    evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
   for (const auto& [element, at, first, rows] : constraints_) {
     element->evaluate(e.t, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
@@ -64,7 +63,7 @@ void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambd
                       r.data() + modes);
   }
   for (int k = 0; k < kVelocitiesPerBody * body_count(); ++k) r[k] -= u[k];
-  add_gradient_times(e, lambda.data(), r);
+  add_gradient_times(e, lambda, r);
   for (const auto& [element, at, input] : forces_) {
     if (!at.at_node) {
       element->add(kinematics(e, at), u.data() + input, {r.data(), at.force.data()});
@@ -76,10 +75,10 @@ void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambd
   }
 }
 
-void System::add_gradient_times(const Evaluation& e, const double* lambda, VectorXd& out) const {
+void System::add_gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const {
   for (const auto& [c, unknown, offset] : pattern_.incidences) {
     const double* row = e.B.data() + offset;
-    const double* multipliers = lambda + lambda_index(c);
+    const double* multipliers = lambda.data() + lambda_index(c);
     const int m = pattern_.constraint_sizes[c];
     double* x = out.data() + pattern_.unknowns[unknown].velocity;
     const auto add = [&](auto size) {
@@ -174,6 +173,12 @@ double System::potential_energy(const Evaluation& e) const {
   return energy;
 }
 
+std::vector<bool> System::bodies_in_joints() const {
+  std::vector<bool> held(body_count(), false);
+  for (const auto& incidence : pattern_.incidences) held[pattern_.unknowns[incidence.unknown].body] = true;
+  return held;
+}
+
 bool System::axes_agree(const Evaluation& e, int joint) const {
   return joints_[joint]->axes_agree(kinematics(e, constraints_[joint].at));
 }
@@ -190,6 +195,10 @@ double System::coordinate_value(const Evaluation& e, int c) const {
 
 double System::coordinate_rate(const Evaluation& e, int c) const {
   return coordinates_[c].coordinate.rate(kinematics(e, coordinates_[c].at));
+}
+
+void System::coordinate_values(const Evaluation& e, VectorXd& coordinates) const {
+  for (int c = 0; c < coordinate_count(); ++c) coordinates[c] = coordinate_value(e, c);
 }
 
 void System::count_turns(const Evaluation& e, double h, VectorXd& coordinates) const {

@@ -2,9 +2,9 @@
 //
 //   r(q, v, vdot, lambda, u) = M vdot + g(q, v, u) + B(q)^T lambda = 0,   Phi(q, t) = 0,   Phi' = B v + Phi_t = 0
 //
-// (Holzinger, Arnold, Gerstmayr 2025, Eqs. 1-4; they have no t). A System is a list of elements: bodies, constraints and
-// forces, and the frames they attach to. It is immutable while it is evaluated; all results go into an Evaluation, so
-// one System may serve several of them. Nothing here allocates after make_evaluation().
+// (Holzinger, Arnold, Gerstmayr 2025, Eqs. 1-4; they have no t). A System is a list of elements: bodies, constraints
+// and forces, and the frames they attach to. It is immutable while it is evaluated; all results go into an Evaluation,
+// so one System may serve several of them. Nothing here allocates after make_evaluation().
 //
 // For n bodies q has the 7 n positions of their frames, then all modal coordinates, v the 6 n velocities of the frames,
 // then all modal rates, flexible body after flexible body. lambda has constraint_size() entries, constraint after
@@ -71,6 +71,7 @@ class System {
   int modal_position(int flexible) const { return pattern_.unknowns[body_count_ + flexible].position; }
   int modal_velocity(int flexible) const { return pattern_.unknowns[body_count_ + flexible].velocity; }
 
+  std::vector<bool> bodies_in_joints() const;
   int constraint_count() const { return static_cast<int>(constraints_.size()); }
   const Constraint& constraint(int c) const { return *constraints_[c].element; }
   int lambda_index(int constraint) const { return constraints_[constraint].first; }
@@ -88,7 +89,8 @@ class System {
   int coordinate_index(int joint) const { return coordinate_index_[joint]; }
   double coordinate_value(const Evaluation& e, int c) const;  // angles in (-pi, pi]
   double coordinate_rate(const Evaluation& e, int c) const;
-  // From all coordinates one step of h before to those now: angles take the turn nearest to what their rates predict.
+  void coordinate_values(const Evaluation& e, VectorXd& coordinates) const;
+  // From all coordinates a time h [s] before to those now: angles take the turn nearest to what their rates predict.
   void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
 
   int spring_damper_count() const { return static_cast<int>(spring_dampers_.size()); }
@@ -111,8 +113,12 @@ class System {
   // 4. C and K, d(M vdot)/d(motion) included.
   void linearize(const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
 
-  // out += B^T lambda.
-  void add_gradient_times(const Evaluation& e, const double* lambda, VectorXd& out) const;
+  // out := B^T lambda or out += B^T lambda.
+  void gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const {
+    out.setZero();
+    add_gradient_times(e, lambda, out);
+  }
+  void add_gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const;
   // out -= rows v, the rows being B or Z of an evaluation.
   void subtract_rows_times(const VectorXd& rows, const double* v, VectorXd& out) const;
 
@@ -133,7 +139,7 @@ class System {
   // The frames of an element. Forces on them and blocks between them go straight into r, C and K, or, where a frame is
   // at a node, into Evaluation::frame_forces, frame_C and frame_K, from where they are pulled back onto the unknowns.
   struct Attachment {
-    std::vector<int> frames;       // in Evaluation::frames
+    std::vector<int> frames;  // in Evaluation::frames
     bool at_node = false;
     std::vector<int> force, pair;  // offsets there, by frame and by frame and frame; -1: none
     // At a node: the columns of J of each frame that belong to one unknown.

@@ -30,7 +30,7 @@ class System::Builder {
 
  private:
   void bodies() {
-    s_.body_count_ = static_cast<int>(definition_.bodies.size());
+    s_.body_count_ = s_.pattern_.bodies = static_cast<int>(definition_.bodies.size());
     for (int i = 0; i < s_.body_count_; ++i) {
       const RigidBodyDef& body = definition_.bodies[i];
       unknown(i, true, kPositionsPerBody, kVelocitiesPerBody);
@@ -84,9 +84,7 @@ class System::Builder {
     return static_cast<int>(found->second);
   }
 
-  int body(int frame) const {
-    return frame < s_.body_count_ ? frame : s_.node_frames_[frame - s_.body_count_].body;
-  }
+  int body(int frame) const { return frame < s_.body_count_ ? frame : s_.node_frames_[frame - s_.body_count_].body; }
 
   // `coupled`: blocks of C and K between different frames.
   Attachment attach(std::vector<int> frames, bool coupled) {

@@ -139,6 +139,8 @@ Pair pair_for(int m) {
       return {solve<N, 8>, subtract_product<N, 8>};
     case 10:
       return {solve<N, 10>, subtract_product<N, 10>};
+    case 12:
+      return {solve<N, 12>, subtract_product<N, 12>};
     default:
       return {solve<0, 0>, subtract_product<0, 0>};
   }
@@ -159,6 +161,8 @@ inline Pair pair_for(int n, int m) {
       return pair_for<8>(m);
     case 10:
       return pair_for<10>(m);
+    case 12:
+      return pair_for<12>(m);
     default:
       return {solve<0, 0>, subtract_product<0, 0>};
   }
@@ -178,6 +182,8 @@ inline Factorize factorize_for(int n) {
       return factorize<8>;
     case 10:
       return factorize<10>;
+    case 12:
+      return factorize<12>;
     default:
       return factorize<0>;
   }

@@ -4,60 +4,58 @@
 
 namespace sigmafmu {
 
-BlockLU::BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& assigned,
-                 const std::vector<std::pair<int, int>>& added, const std::vector<int>& stage)
-    : nodes_(static_cast<int>(sizes.size())), sizes_(sizes), table_(sizes.size() * sizes.size(), -1) {
+BlockLU::BlockLU(const BlockGraph& graph, const std::vector<std::pair<int, int>>& assigned,
+                 const std::vector<int>& order)
+    : sizes_(graph.sizes), rows_(graph.sizes.size()) {
   for (int size : sizes_) {
     offset_.push_back(size_);
     size_ += size;
   }
-  auto allocate = [&](int i, int j) {
-    int& entry = table_[i * nodes_ + j];
-    if (entry < 0) {
-      entry = value_count_;
-      value_count_ += sizes_[i] * sizes_[j];
+  const auto pattern = factor_pattern(graph, order);
+  cost_ = factorization_cost(sizes_, pattern);
+  for (int k : order) {
+    rows_[k].emplace_back(k, -1);
+    for (int j : pattern[k]) {
+      rows_[k].emplace_back(j, -1);
+      rows_[j].emplace_back(k, -1);
     }
-    return entry;
-  };
+  }
+  for (auto& row : rows_) std::sort(row.begin(), row.end());
   for (auto [i, j] : assigned) {
     allocate(i, j);
     allocate(j, i);
   }
   assigned_count_ = value_count_;
-  for (auto [i, j] : added) {
-    allocate(i, j);
-    allocate(j, i);
-  }
-  for (int i = 0; i < nodes_; ++i) allocate(i, i);
 
-  std::vector<char> done(nodes_, 0);
-  for (int count = 0; count < nodes_; ++count) {
-    int best = -1, best_degree = 0;
-    for (int i = 0; i < nodes_; ++i) {
-      if (done[i]) continue;
-      int degree = 0;
-      for (int j = 0; j < nodes_; ++j) {
-        if (!done[j] && j != i && table_[i * nodes_ + j] >= 0) degree += sizes_[j];
-      }
-      if (best < 0 || stage[i] < stage[best] || (stage[i] == stage[best] && degree < best_degree)) {
-        best = i;
-        best_degree = degree;
-      }
-    }
-    done[best] = 1;
-    const int n = sizes_[best];
-    Step step{best, n, table_[best * nodes_ + best], kernels::factorize_for(n), kernels::pair_for(n, 1).solve, {}, {}};
-    for (int j = 0; j < nodes_; ++j) {
-      if (done[j] || table_[best * nodes_ + j] < 0) continue;
+  for (int k : order) {
+    const int n = sizes_[k];
+    Step step{k, n, allocate(k, k), kernels::factorize_for(n), kernels::pair_for(n, 1).solve, {}, {}};
+    for (int j : pattern[k]) {
       const auto right = kernels::pair_for(n, sizes_[j]);
-      step.later.push_back({j, sizes_[j], table_[j * nodes_ + best], table_[best * nodes_ + j], right.solve,
-                            kernels::pair_for(n, 1).forward, kernels::pair_for(sizes_[j], 1).forward, right.forward});
+      step.later.push_back({j, sizes_[j], allocate(j, k), allocate(k, j), right.solve, kernels::pair_for(n, 1).forward,
+                            kernels::pair_for(sizes_[j], 1).forward, right.forward});
     }
-    for (const Neighbour& a : step.later) {
-      for (const Neighbour& b : step.later) step.update.push_back(allocate(a.node, b.node));
+    for (int a : pattern[k]) {
+      for (int b : pattern[k]) step.update.push_back(allocate(a, b));
     }
     steps_.push_back(std::move(step));
   }
+}
+
+int BlockLU::handle(int i, int j) const {
+  const auto& row = rows_[i];
+  const auto place = std::lower_bound(row.begin(), row.end(), std::pair{j, -1});
+  return place != row.end() && place->first == j ? place->second : -1;
+}
+
+// The handle of block (i, j), which has room from now on.
+int BlockLU::allocate(int i, int j) {
+  int& handle = std::lower_bound(rows_[i].begin(), rows_[i].end(), std::pair{j, -1})->second;
+  if (handle < 0) {
+    handle = value_count_;
+    value_count_ += sizes_[i] * sizes_[j];
+  }
+  return handle;
 }
 
 Factorization BlockLU::make_factorization() const {

@@ -2,7 +2,7 @@
 //
 // The order of elimination and all fill-in are settled once, in the constructor; factorize and solve walk a fixed
 // list of blocks and never allocate. Rows are pivoted within diagonal blocks only, so the caller gives an order in
-// which every diagonal block is regular when its turn comes (bodies before the joints that hold them).
+// which every diagonal block is regular when its turn comes.
 //
 // BlockLU is the immutable plan; a Factorization holds the numbers and is a plain value that can be copied.
 #pragma once
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "solve/block_kernels.h"
+#include "solve/order.h"
 
 namespace sigmafmu {
 
@@ -22,24 +23,24 @@ struct Factorization {
 
 class BlockLU {
  public:
-  // `sizes`: rows of each node; `assigned`: blocks (i, j) that the caller writes in full before each factorization,
-  // (j, i) implied; `added`: blocks that the caller adds to; nodes are eliminated by least fill within each group of equal
-  // `stage`, lower stages first.
-  BlockLU(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& assigned,
-          const std::vector<std::pair<int, int>>& added, const std::vector<int>& stage);
+  // `assigned`: blocks (i, j) of the graph, (j, i) implied, that the caller writes in full before each factorization;
+  // to the others and to diagonal ones it may add, after clear(). `order`: of elimination.
+  BlockLU(const BlockGraph& graph, const std::vector<std::pair<int, int>>& assigned, const std::vector<int>& order);
 
   int size() const { return size_; }
+  int nodes() const { return static_cast<int>(sizes_.size()); }
   int offset(int node) const { return offset_[node]; }  // first row of a node
+  double cost() const { return cost_; }                 // multiplications of factorize()
   Factorization make_factorization() const;
 
-  // Block (i, j), sizes[i] x sizes[j]. It must be in the pattern.
+  // Where block (i, j) is, row-major, among the values of a factorization; -1 where there is none.
+  int handle(int i, int j) const;
+  // Block (i, j), sizes[i] x sizes[j]. It must be there.
   using Block = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-  Block block(Factorization& f, int i, int j) const {
-    return {f.values.data() + table_[i * nodes_ + j], sizes_[i], sizes_[j]};
+  Block block(Factorization& f, int i, int j) const { return block(f, handle(i, j), sizes_[i], sizes_[j]); }
+  static Block block(Factorization& f, int handle, int rows, int columns) {
+    return {f.values.data() + handle, rows, columns};
   }
-
-  // Where block (i, j), row-major, is in Factorization::values; -1: it is zero.
-  int handle(int i, int j) const { return table_[i * nodes_ + j]; }
 
   // Zeroes all blocks but the assigned ones.
   void clear(Factorization& f) const;
@@ -64,9 +65,12 @@ class BlockLU {
     std::vector<int> update;       // offset of block (later[a], later[b]) at a * later.size() + b
   };
 
-  int nodes_, size_ = 0, assigned_count_ = 0, value_count_ = 0;
+  int allocate(int i, int j);
+
+  int size_ = 0, assigned_count_ = 0, value_count_ = 0;
+  double cost_;
   std::vector<int> sizes_, offset_;
-  std::vector<int> table_;  // nodes x nodes: offset of each block in `values`, assigned ones first; -1: zero
+  std::vector<std::vector<std::pair<int, int>>> rows_;  // of each node: columns in ascending order, with their handles
   std::vector<Step> steps_;
 };
 

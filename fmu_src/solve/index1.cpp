@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "lie/r3xso3.h"
-#include "solve/kkt_layout.h"
 #include "solve/start/dependent_equations.h"
 #include "text/text.h"
 
@@ -25,16 +24,18 @@ double largest(const Vector& x) {
 
 }  // namespace
 
-ConsistentSolver::ConsistentSolver(const System& system)
+ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     : system_(system),
       evaluation_(system.make_evaluation()),
-      lu_(make_kkt_solver(system.pattern(), 1)),
-      factorization_(lu_.make_factorization()) {
+      lu_(plans.get(system.pattern(), Kkt::index1)),
+      factorization_(lu_->make_factorization()) {
   const BlockPattern& pattern = system.pattern();
-  for (const auto& pair : pattern.pairs) pairs_.push_back(lu_.handle(pair.row, pair.column));
+  for (int p = 0; p < pattern.inertia_pairs; ++p) {
+    pairs_.push_back(lu_->handle(pattern.pairs[p].row, pattern.pairs[p].column));
+  }
   for (const auto& [constraint, unknown, offset] : pattern.incidences) {
-    rows_.push_back(lu_.handle(pattern.constraint_node(constraint), unknown));
-    columns_.push_back(lu_.handle(unknown, pattern.constraint_node(constraint)));
+    rows_.push_back(lu_->handle(pattern.constraint_node(constraint), unknown));
+    columns_.push_back(lu_->handle(unknown, pattern.constraint_node(constraint)));
   }
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
@@ -45,18 +46,14 @@ ConsistentSolver::ConsistentSolver(const System& system)
 }
 
 bool ConsistentSolver::factorize() {
-  lu_.clear(factorization_);
+  lu_->clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
   double* values = factorization_.values.data();
-  for_each_pair(pattern, static_cast<int>(pattern.pairs.size()), [&](int p, auto R, auto C) {
+  for_each_pair(pattern, pattern.inertia_pairs, [&](int p, auto R, auto C) {
     const auto& [i, j, offset] = pattern.pairs[p];
     const int rows = pattern.unknowns[i].size, columns = pattern.unknowns[j].size;
     Eigen::Map<Eigen::Matrix<double, R, C, Eigen::RowMajor>> block(values + pairs_[p], rows, columns);
-    if (p < pattern.inertia_pairs) {
-      block = ConstPairBlock<R, C>(evaluation_.M.data() + offset, rows, columns);
-    } else {
-      block.setZero();
-    }
+    block = ConstPairBlock<R, C>(evaluation_.M.data() + offset, rows, columns);
   });
   for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
     const auto& [constraint, unknown, offset] = pattern.incidences[k];
@@ -68,10 +65,10 @@ bool ConsistentSolver::factorize() {
       for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
     }
   }
-  return lu_.factorize(factorization_);
+  return lu_->factorize(factorization_);
 }
 
-void ConsistentSolver::solve() { lu_.solve(factorization_, x_.data()); }
+void ConsistentSolver::solve() { lu_->solve(factorization_, x_.data()); }
 
 bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
                                      VectorXd& lambda) {
@@ -91,9 +88,9 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return x_.allFinite();
 }
 
-// Largest entry of defect_ = -Z v - W - B vdot, over that of all accelerations. Bodies are eliminated first, which
-// leaves their equations no error but rounding: where light bodies cost digits, it is the joints' equations that show
-// it.
+// Largest entry of defect_ = -Z v - W - B vdot, over that of all accelerations. Bodies are eliminated before their
+// joints, which leaves their equations no error but rounding: where light bodies cost digits, it is the joints'
+// equations that show it.
 double ConsistentSolver::constraint_defect() {
   defect_ = gamma_;
   system_.subtract_rows_times(evaluation_.B, x_.data(), defect_);

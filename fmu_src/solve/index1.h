@@ -9,13 +9,13 @@
 
 #include "multibody/input_signal.h"
 #include "multibody/system.h"
-#include "solve/block_lu.h"
+#include "solve/kkt_layout.h"
 
 namespace sigmafmu {
 
 class ConsistentSolver {
  public:
-  explicit ConsistentSolver(const System& system);
+  explicit ConsistentSolver(const System& system, KktPlans plans = {});
 
   // vdot and lambda at (q, v, u). False when the matrix is singular to working precision or a value is not finite.
   [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
@@ -55,7 +55,7 @@ class ConsistentSolver {
 
   const System& system_;
   Evaluation evaluation_;
-  BlockLU lu_;
+  std::shared_ptr<const BlockLU> lu_;
   Factorization factorization_;
   bool singular_ = false;
   VectorXd x_, zero_velocity_, zero_lambda_, r_;

@@ -1,30 +1,108 @@
 #include "solve/kkt_layout.h"
 
 namespace sigmafmu {
+namespace {
 
-BlockLU make_kkt_solver(const BlockPattern& pattern, int sets) {
-  std::vector<int> sizes, stage;
-  for (const Unknown& unknown : pattern.unknowns) {
-    sizes.push_back(unknown.size);
-    stage.push_back(0);
+using Lists = std::vector<std::vector<int>>;
+
+// The bodies of each constraint. Poses come first among the unknowns, so they have the numbers of the bodies.
+Lists bodies_of_constraints(const BlockPattern& pattern) {
+  Lists bodies(pattern.constraint_count());
+  for (const auto& i : pattern.incidences) {
+    if (pattern.unknowns[i.unknown].pose) bodies[i.constraint].push_back(i.unknown);
   }
-  for (int m : pattern.constraint_sizes) {
-    sizes.push_back(sets * m);
-    stage.push_back(1);
-  }
-  std::vector<std::pair<int, int>> written, added;
-  for (const auto& pair : pattern.pairs) written.emplace_back(pair.row, pair.column);
-  std::vector<std::vector<int>> constraints(pattern.unknown_count());
-  for (const auto& [constraint, unknown, offset] : pattern.incidences) {
-    written.emplace_back(pattern.constraint_node(constraint), unknown);
-    constraints[unknown].push_back(pattern.constraint_node(constraint));
-  }
-  if (sets == 2) {  // mu of a constraint moves all unknowns of a body whose pose or modes it acts on
-    for (int p = 0; p < pattern.inertia_pairs; ++p) {
-      for (int node : constraints[pattern.pairs[p].column]) added.emplace_back(node, pattern.pairs[p].row);
+  return bodies;
+}
+
+// Bodies that each constraint follows at least, so that its equations are regular when all bodies that are left stand
+// still.
+//
+// A spanning tree of the bodies, rooted on the ground, ties each body to its parent by a joint of its own. Any joint
+// closes a way along the tree from one of its bodies to the other. The bodies of this way, but for the one next to the
+// root, move against each other as freely as in the mechanism, whatever stands still besides: the joint follows these.
+// For a joint of the tree it is the child alone. A constraint of more bodies follows the ways from its first to each.
+Lists bodies_on_ways(const BlockPattern& pattern) {
+  const int bodies = pattern.bodies, ground = bodies;
+  Lists ends = bodies_of_constraints(pattern), beside(bodies + 1);
+  for (auto& of_constraint : ends) {
+    if (of_constraint.size() < 2) of_constraint.resize(2, ground);
+    for (std::size_t k = 1; k < of_constraint.size(); ++k) {
+      beside[of_constraint[0]].push_back(of_constraint[k]);
+      beside[of_constraint[k]].push_back(of_constraint[0]);
     }
   }
-  return BlockLU(sizes, written, added, stage);
+
+  std::vector<int> parent(bodies + 1, -1), depth(bodies + 1, -1), found;
+  for (int root = ground; root >= 0; --root) {  // the ground, then bodies that nothing ties to it
+    if (depth[root] >= 0) continue;
+    depth[root] = 0;
+    found.assign(1, root);
+    for (std::size_t next = 0; next < found.size(); ++next) {  // breadth first: short ways
+      for (int i : beside[found[next]]) {
+        if (depth[i] >= 0) continue;
+        depth[i] = depth[found[next]] + 1;
+        parent[i] = found[next];
+        found.push_back(i);
+      }
+    }
+  }
+
+  Lists before;
+  for (const auto& of_constraint : ends) {
+    before.emplace_back();
+    for (std::size_t k = 1; k < of_constraint.size(); ++k) {
+      for (int a = of_constraint[0], b = of_constraint[k]; a != b;) {
+        int& lower = depth[a] > depth[b] ? a : b;
+        before.back().push_back(lower);
+        lower = parent[lower];
+      }
+    }
+  }
+  return before;
+}
+
+BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
+  const bool stabilized = form == Kkt::stabilized;
+  std::vector<int> sizes;
+  for (const Unknown& unknown : pattern.unknowns) sizes.push_back(unknown.size);
+  for (int m : pattern.constraint_sizes) sizes.push_back(stabilized ? 2 * m : m);
+
+  std::vector<std::pair<int, int>> assigned;
+  const int pairs = form == Kkt::index1 ? pattern.inertia_pairs : static_cast<int>(pattern.pairs.size());
+  for (int p = 0; p < pairs; ++p) assigned.emplace_back(pattern.pairs[p].row, pattern.pairs[p].column);
+  Lists constraints(pattern.unknown_count());  // on each unknown
+  for (const auto& i : pattern.incidences) {
+    const int node = pattern.constraint_node(i.constraint);
+    assigned.emplace_back(node, i.unknown);
+    constraints[i.unknown].push_back(node);
+  }
+  BlockGraph graph(sizes);
+  graph.connect(assigned);
+  if (stabilized) {
+    std::vector<std::pair<int, int>> added;
+    for (int p = 0; p < pattern.inertia_pairs; ++p) {  // mu moves all unknowns of the bodies that it acts on
+      for (int node : constraints[pattern.pairs[p].column]) added.emplace_back(node, pattern.pairs[p].row);
+    }
+    for (const auto& together : constraints) {  // B B^T
+      for (int a : together) {
+        for (int b : together) added.emplace_back(a, b);
+      }
+    }
+    graph.connect(added);
+  }
+  // Both bodies of a joint before it cost more, but that keeps apart what light bodies say and what heavy ones say: the
+  // index-1 form is to be solved to the last digits.
+  const Lists before = form == Kkt::index1 ? bodies_of_constraints(pattern) : bodies_on_ways(pattern);
+  for (std::size_t c = 0; c < before.size(); ++c) graph.after[pattern.constraint_node(static_cast<int>(c))] = before[c];
+  return BlockLU(graph, assigned, elimination_order(graph));
+}
+
+}  // namespace
+
+std::shared_ptr<const BlockLU> KktPlans::get(const BlockPattern& pattern, Kkt form) {
+  std::shared_ptr<const BlockLU>& plan = (*plans_)[static_cast<std::size_t>(form)];
+  if (!plan) plan = std::make_shared<const BlockLU>(make_plan(pattern, form));
+  return plan;
 }
 
 }  // namespace sigmafmu

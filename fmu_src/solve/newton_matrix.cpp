@@ -1,20 +1,27 @@
 #include "solve/newton_matrix.h"
 
 #include <algorithm>
-
-#include "solve/kkt_layout.h"
+#include <utility>
 
 namespace sigmafmu {
 namespace {
 
 using Eigen::Dynamic;
 template <int R, int C>
-using RowMajorBlock =
-    Eigen::Map<Eigen::Matrix<double, R, C, (C == 1 && R != 1) ? Eigen::ColMajor : Eigen::RowMajor>>;
+using RowMajorBlock = Eigen::Map<Eigen::Matrix<double, R, C, (C == 1 && R != 1) ? Eigen::ColMajor : Eigen::RowMajor>>;
+
+template <int N>
+using Block = Eigen::Matrix<double, N, N>;
+
+// Of the last N velocities.
+template <int N>
+Block<N> last(const Matrix6d& A) {
+  return A.bottomRightCorner<N, N>();
+}
 
 // row (m x 6) += A_N X in the last N columns, A_N those columns of A (m x 6).
 template <int N>
-void add_product(int m, const double* A, const Eigen::Matrix<double, N, N>& X, double* row) {
+void add_product(int m, const double* A, const Block<N>& X, double* row) {
   constexpr int first = kVelocitiesPerBody - N;
   for (int r = 0; r < m; ++r, row += kVelocitiesPerBody, A += kVelocitiesPerBody) {
     const double* a = A + first;
@@ -42,15 +49,16 @@ void write_product(const Matrix& D, int m, const double* A, int columns, double*
 
 }  // namespace
 
-NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
+NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPlans plans)
     : system_(system),
       formulation_(formulation),
-      lu_(make_kkt_solver(system.pattern(), formulation == Formulation::stabilized_index2 ? 2 : 1)) {
+      lu_(plans.get(system.pattern(), formulation == Formulation::stabilized_index2 ? Kkt::stabilized : Kkt::newton)) {
   const BlockPattern& pattern = system.pattern();
   for (int c = 0; c < pattern.constraint_count(); ++c) {
-    equations_.push_back({system.lambda_index(c), pattern.constraint_sizes[c], lu_.offset(pattern.constraint_node(c))});
+    equations_.push_back(
+        {system.lambda_index(c), pattern.constraint_sizes[c], lu_->offset(pattern.constraint_node(c))});
   }
-  for (const auto& pair : pattern.pairs) pairs_.push_back(lu_.handle(pair.row, pair.column));
+  for (const auto& pair : pattern.pairs) pairs_.push_back(lu_->handle(pair.row, pair.column));
   const int last = pattern.inertia_pairs;
   std::vector<std::vector<int>> mixed(pattern.unknown_count()), met(pattern.unknown_count());
   std::vector<int> own(pattern.unknown_count());
@@ -65,7 +73,7 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
   for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
     const auto& [constraint, unknown, offset] = pattern.incidences[k];
     const int node = pattern.constraint_node(constraint);
-    incidences_.push_back({lu_.handle(unknown, node), lu_.handle(node, unknown), own[unknown]});
+    incidences_.push_back({lu_->handle(unknown, node), lu_->handle(node, unknown), own[unknown]});
     met[unknown].push_back(static_cast<int>(k));
   }
   if (stabilized()) {
@@ -73,11 +81,11 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
       for (int a : incidences) {
         for (int b : incidences) {
           const int row = pattern.incidences[a].constraint, column = pattern.incidences[b].constraint;
-          shared_.push_back({a, b, lu_.handle(pattern.constraint_node(row), pattern.constraint_node(column))});
+          shared_.push_back({a, b, lu_->handle(pattern.constraint_node(row), pattern.constraint_node(column))});
         }
         const auto& [constraint, unknown, offset] = pattern.incidences[a];
         for (int p : mixed[unknown]) {
-          mixed_.push_back({a, p, lu_.handle(pattern.pairs[p].row, pattern.constraint_node(constraint))});
+          mixed_.push_back({a, p, lu_->handle(pattern.pairs[p].row, pattern.constraint_node(constraint))});
         }
       }
     }
@@ -85,11 +93,17 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation)
   S_ = system.make_evaluation().C;
 }
 
-template <int N>
 bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                             const BodyTangents<N>& tangents, Factorization& f) {
+                             const BodyTangents& tangents, Factorization& f) {
+  return tangents.rotations_only ? factorize_of<3>(e, start, step, tangents, f)
+                                 : factorize_of<6>(e, start, step, tangents, f);
+}
+
+template <int N>
+bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                                const BodyTangents& tangents, Factorization& f) {
   const BlockPattern& pattern = system_.pattern();
-  lu_.clear(f);
+  lu_->clear(f);
   write_pairs(e, step, tangents, f);
   for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
     if (pose(pattern.incidences[k])) {
@@ -111,12 +125,12 @@ bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const
       add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
-  return lu_.factorize(f);
+  return lu_->factorize(f);
 }
 
 // (kappa M + scale gamma' C) U + kappa M E + scale K; then D P^-1 in place of kappa M + scale gamma' C.
 template <int N>
-void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents<N>& tangents,
+void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents& tangents,
                                Factorization& f) {
   const double kappa = step.scale * step.beta_prime, damping = step.scale * step.gamma_prime;
   const BlockPattern& pattern = system_.pattern();
@@ -135,15 +149,15 @@ void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, cons
     if (inertia) S += kappa * of_pair(e.M);
     if constexpr (C == kVelocitiesPerBody) {
       block.template leftCols<left>() = S.template leftCols<left>() + step.scale * K.template leftCols<left>();
-      block.template rightCols<N>() = S.template rightCols<N>().lazyProduct(tangents.U[j]) +
-                                      step.scale * K.template rightCols<N>();
+      block.template rightCols<N>() =
+          S.template rightCols<N>().lazyProduct(last<N>(tangents.U[j])) + step.scale * K.template rightCols<N>();
       if (!inertia) return;
       const auto kappa_M = kappa * of_pair(e.M).template leftCols<3>();
       if constexpr (N == 6) block += kappa_M.lazyProduct(tangents.E[j]);
       if (!stabilized()) return;
       if (!tangents.identity_P) {
         for (Eigen::Index r = 0; r < S.rows(); ++r) {
-          S.row(r).template tail<N>() = (S.row(r).template tail<N>() * tangents.P_inverse[j]).eval();
+          S.row(r).template tail<N>() = (S.row(r).template tail<N>() * last<N>(tangents.P_inverse[j])).eval();
         }
       }
       if constexpr (N == 6) S += kappa_M.lazyProduct(tangents.F[j]);
@@ -157,7 +171,7 @@ void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, cons
 // out of the columns: mu is as small as the truncation error.
 template <int N, int Size>
 void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation& start, const StepScales& step,
-                                   const BodyTangents<N>& tangents, Factorization& f) {
+                                   const BodyTangents& tangents, Factorization& f) {
   const auto& [constraint, unknown, offset] = system_.pattern().incidences[k];
   const int m = system_.pattern().constraint_sizes[constraint], columns = stabilized() ? 2 * m : m;
   const int size = Size == Dynamic ? system_.pattern().unknowns[unknown].size : Size, values = m * size;
@@ -180,9 +194,9 @@ void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation&
     for (int r = 0; r < m; ++r) {
       for (int c = 0; c < kVelocitiesPerBody - N; ++c) row[r * kVelocitiesPerBody + c] += B[r * kVelocitiesPerBody + c];
     }
-    add_product<N>(m, B, tangents.U[unknown], row);
+    add_product<N>(m, B, last<N>(tangents.U[unknown]), row);
   } else {
-    add_product<N>(m, B, tangents.U[unknown] - BodyTangents<N>::Block::Identity(), row);
+    add_product<N>(m, B, last<N>(tangents.U[unknown]) - Block<N>::Identity(), row);
   }
   if (!stabilized()) return;
   const ConstPairBlock<Size, Size> D(S_.data() + incidences_[k].inertia, size, size);
@@ -191,8 +205,8 @@ void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation&
 
 // B P^-1 B_n^T of two incidences with the same unknown, lower right corner.
 template <int N, int Size>
-void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluation& start,
-                              const BodyTangents<N>& tangents, double* block) {
+void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
+                              double* block) {
   const BlockPattern& pattern = system_.pattern();
   const int unknown = pattern.incidences[a].unknown;
   const int rows = pattern.constraint_sizes[pattern.incidences[a].constraint];
@@ -203,7 +217,7 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
   if constexpr (Size == kVelocitiesPerBody) {
     if (!tangents.identity_P) {
       BP = ConstRows(B, rows, 6);
-      BP.template rightCols<N>() = (BP.template rightCols<N>() * tangents.P_inverse[unknown]).eval();
+      BP.template rightCols<N>() = (BP.template rightCols<N>() * last<N>(tangents.P_inverse[unknown])).eval();
       B = BP.data();
     }
   }
@@ -239,16 +253,5 @@ void NewtonMatrix::add_multipliers(const VectorXd& x, const StepScales& step, Ve
     }
   }
 }
-
-void NewtonMatrix::multiplier_increments(const VectorXd& x, VectorXd& mu) const {
-  for (const auto& [first, count, unknown] : equations_) {
-    for (int k = 0; k < count; ++k) mu[first + k] = x[unknown + count + k];
-  }
-}
-
-template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<3>&,
-                                      Factorization&);
-template bool NewtonMatrix::factorize(const Evaluation&, const Evaluation&, const StepScales&, const BodyTangents<6>&,
-                                      Factorization&);
 
 }  // namespace sigmafmu

@@ -18,7 +18,7 @@
 
 #include "model/settings.h"
 #include "multibody/system.h"
-#include "solve/block_lu.h"
+#include "solve/kkt_layout.h"
 
 namespace sigmafmu {
 
@@ -29,54 +29,55 @@ struct StepScales {
   double scale;        // of dynamics and multipliers, about 1/beta' [s2]
 };
 
-// What the matrix needs of each body. In the last N velocities, 3 on R^3 x SO(3) and 6 on SE(3), U and P differ from
-// the identity. E and F have translational rows alone and are zero on R^3 x SO(3).
-template <int N>
+// What the matrix needs of each body; E and F are translational rows. On R^3 x SO(3) U and P differ from the identity
+// in rotations alone, and E = F = 0: then only the lower right 3x3 of U and P^-1 is read.
 struct BodyTangents {
-  using Block = Eigen::Matrix<double, N, N>;
-  using Rows = Eigen::Matrix<double, 3, N>;
-  std::vector<Block> U, P_inverse;
+  using Rows = Eigen::Matrix<double, 3, 6>;
+  std::vector<Matrix6d> U, P_inverse;
   std::vector<Rows> E, F;
+  bool rotations_only = false;
   bool identity_P = false;
 
-  explicit BodyTangents(int bodies)
-      : U(bodies, Block::Identity()), P_inverse(bodies, Block::Identity()), E(bodies, Rows::Zero()), F(E) {}
+  explicit BodyTangents(int bodies) : U(bodies, Matrix6d::Identity()), P_inverse(U), E(bodies, Rows::Zero()), F(E) {}
 };
 
 class NewtonMatrix {
  public:
-  NewtonMatrix(const System& system, Formulation formulation);
+  NewtonMatrix(const System& system, Formulation formulation, KktPlans plans = {});
 
-  Factorization make_factorization() const { return lu_.make_factorization(); }
+  Factorization make_factorization() const { return lu_->make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
-  template <int N>
   [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
-                               const BodyTangents<N>& tangents, Factorization& f);
+                               const BodyTangents& tangents, Factorization& f);
   // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
-  int size() const { return lu_.size(); }
-  void solve(const Factorization& f, VectorXd& x) const { lu_.solve(f, x.data()); }
+  int size() const { return lu_->size(); }
+  void solve(const Factorization& f, VectorXd& x) const { lu_->solve(f, x.data()); }
   // The right side of an iteration with residual r.
   void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
   // lambda and mu plus their increments in a solution x.
   void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
-  // The increment of mu alone.
-  void multiplier_increments(const VectorXd& x, VectorXd& mu) const;
 
  private:
+  // N: in how many of a body's last velocities the tangents differ from the identity.
   template <int N>
-  void write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents<N>& tangents, Factorization& f);
+  [[nodiscard]] bool factorize_of(const Evaluation& e, const Evaluation& start, const StepScales& step,
+                                  const BodyTangents& tangents, Factorization& f);
+  template <int N>
+  void write_pairs(const Evaluation& e, const StepScales& step, const BodyTangents& tangents, Factorization& f);
   template <int N, int Size>
   void write_incidence(int k, const Evaluation& e, const Evaluation& start, const StepScales& step,
-                       const BodyTangents<N>& tangents, Factorization& f);
+                       const BodyTangents& tangents, Factorization& f);
   template <int N, int Size>
-  void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents<N>& tangents,
+  void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
                   double* block);
 
   bool stabilized() const { return formulation_ == Formulation::stabilized_index2; }
-  bool pose(const BlockPattern::Incidence& incidence) const { return system_.pattern().unknowns[incidence.unknown].pose; }
+  bool pose(const BlockPattern::Incidence& incidence) const {
+    return system_.pattern().unknowns[incidence.unknown].pose;
+  }
 
-  // Where blocks are in a Factorization: of each pair; of the columns and rows of each incidence; of two incidences with
-  // the same unknown, and of what an incidence adds to the columns of another unknown of the same body.
+  // Where blocks are in a Factorization: of each pair; of the columns and rows of each incidence; of two incidences
+  // with the same unknown, and of what an incidence adds to the columns of another unknown of the same body.
   struct Incident {
     int column, row;
     int inertia;  // offset of the unknown's block of M in S_
@@ -93,7 +94,7 @@ class NewtonMatrix {
   };
   const System& system_;
   Formulation formulation_;
-  BlockLU lu_;
+  std::shared_ptr<const BlockLU> lu_;
   std::vector<Equations> equations_;
   std::vector<int> pairs_;
   std::vector<Incident> incidences_;

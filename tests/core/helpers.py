@@ -18,9 +18,9 @@ from hypothesis.extra.numpy import arrays
 from scipy.linalg import block_diag, null_space
 from scipy.spatial.transform import Rotation
 
+from research.reference import MODELS, History, vector_columns
+from research.reference.minimal_coordinates import solve
 from sigmafmu import _core
-from sigmafmu.reference import MODELS, History, vector_columns
-from sigmafmu.reference.minimal_coordinates import solve
 
 EPS = float(np.finfo(float).eps)
 GROUND = _core.GROUND

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipkm1
 
+from research.reference import Rotor, add_vector
+from research.reference.minimal_coordinates import high_speed_rotor
 from sigmafmu import _core
-from sigmafmu.reference import Rotor, add_vector
-from sigmafmu.reference.minimal_coordinates import high_speed_rotor
 
 from .helpers import History, Rotation, columns, errors, reference, rotation_of, simulation
 

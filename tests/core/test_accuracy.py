@@ -1,6 +1,6 @@
 """Accuracy of the generalized-alpha method on the mechanisms, and energy over long runs.
 
-Errors are differences to `sigmafmu.reference.minimal_coordinates`.
+Errors are differences to `research.reference.minimal_coordinates`.
 """
 
 from functools import cache

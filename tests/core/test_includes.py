@@ -76,8 +76,37 @@ def test_a_mechanism_needs_only_its_definition_and_the_settings():
 def test_the_solver_knows_blocks_only():
     """A sparse solver can take its place without a look at bodies or joints."""
     for file in FILES:
-        if file.startswith("solve/block_"):
-            assert all(name.startswith("solve/block_") for name in includes_of(file)[0]), file
+        blocks = ("solve/block_", "solve/order.")
+        if file.startswith(blocks):
+            assert all(name.startswith(blocks) for name in includes_of(file)[0]), file
+
+
+def test_step_control_knows_no_method():
+    found = {name for ext in (".h", ".cpp") for name in includes_of(f"integrator/step_control{ext}")[0]}
+    assert found == {"integrator/step_control.h", "integrator/method.h"}
+    assert set(includes_of("integrator/method.h")[0]) == {
+        "integrator/state.h",
+        "integrator/step_failure.h",
+        "multibody/input_signal.h",
+    }
+
+
+def test_the_printed_algorithms_are_apart():
+    users = {
+        file
+        for file in FILES
+        if any(name.startswith("integrator/printed/") for name in includes_of(file)[0])
+        and not file.startswith("integrator/printed/")
+    }
+    assert users == {"integrator/integrator.cpp"}
+
+
+def test_the_integrator_knows_no_joints_and_no_blocks():
+    """Of an Evaluation it knows that there is one."""
+    inside = re.compile(r"\bincidences\b|\battachment\(|\bjoint\(|\.joints\b|\bphidot\b|_offset\(")
+    for file in FILES:
+        if file.startswith("integrator/"):
+            assert not inside.search((SOURCES / file).read_text(encoding="utf-8")), file
 
 
 @every_file
@@ -88,8 +117,15 @@ def test_only_the_fmi_layer_knows_fmi(file):
         assert 'extern "C"' not in (SOURCES / file).read_text(encoding="utf-8")
 
 
+def test_json_is_compiled_once():
+    """Its header takes seconds: one file of an FMU includes it, for modal data, and one more reads whole mechanisms."""
+    users = {file for file in FILES if any("nlohmann" in name for name in includes_of(file)[1])}
+    assert users == {"model/json_values.h"}
+    assert {file for file in FILES if users & set(includes_of(file)[0])} == {"model/json.cpp", "model/modal_file.cpp"}
+
+
 @every_file
 def test_the_core_does_no_input_or_output(file):
-    if file == "fmi/modal_file.cpp":  # reads the FMU's resources when it is instantiated
+    if file == "model/modal_file.cpp":  # reads the FMU's resources when it is instantiated
         return
     assert not {"iostream", "fstream", "cstdio", "stdio.h", "thread", "mutex"} & set(includes_of(file)[1])

@@ -1,6 +1,6 @@
 """Observed order of the generalized-alpha method.
 
-Errors are differences to `sigmafmu.reference.minimal_coordinates`, which knows no constraints and no time stepping of
+Errors are differences to `research.reference.minimal_coordinates`, which knows no constraints and no time stepping of
 ours; reaction forces stand for the multipliers.
 """
 

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from sigmafmu import _core
-from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma, unsymmetric_sigma
-from sigmafmu.study.sigma import (
+from research.study.sigma import (
     axis_error,
     exact_axis,
     gyro_time,
@@ -20,6 +18,8 @@ from sigmafmu.study.sigma import (
     nutating,
     precessing,
 )
+from sigmafmu import _core
+from sigmafmu.spin_sigma import coefficients, nutation_sigma, precession_sigma, unsymmetric_sigma
 
 from .helpers import (
     EPS,
@@ -41,7 +41,6 @@ from .helpers import (
 )
 
 FIXED, SPIN_OPTIMAL = 1, 2
-PREVIOUS, ZERO, EXTRAPOLATED = 1, 2, 3
 TIGHT = {"relative_tolerance": 1e-11}
 every_rho = pytest.mark.parametrize("rho", [1.0, 0.9, 0.65])
 ratios = st.floats(0.2, 1.99)
@@ -93,7 +92,7 @@ def test_slow_precession_is_exact_to_third_order(rho, ratio, kappa):
         assert error(phi, 0.1) > 0.1 * phi**2 / 4 * coefficients(rho)[0] ** -1 * abs(1 - kappa) * 0.9
 
 
-@property_test(50, rho=radii, ratio=ratios)
+@property_test(50, rho=radii, ratio=ratios.filter(lambda p: p != 1.0))  # what turns alike about all axes cannot nutate
 def test_free_nutation_keeps_the_angular_momentum_to_third_order(rho, ratio):
     """Its frequency shifts by η(hν)², whatever σ; the tilt of a whole nutation must follow the shifted one."""
     gamma_beta, _, eta = coefficients(rho)
@@ -346,11 +345,10 @@ def test_a_changing_sigma_keeps_second_order():
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("newton", [1, MODIFIED])
-@pytest.mark.parametrize("predictor", [PREVIOUS, EXTRAPOLATED])
-def test_rollback_is_bitwise(model, newton, predictor):
+def test_rollback_is_bitwise(model, newton):
     """In spinOptimal mode too, everything that a later step depends on is in the state."""
     h = RUNS[model][1][0]
-    settings = {"sigma_mode": SPIN_OPTIMAL, "formulation": INDEX3, "newton": newton, "predictor": predictor}
+    settings = {"sigma_mode": SPIN_OPTIMAL, "formulation": INDEX3, "newton": newton}
     run = simulation(model, step_size=h, **settings)
     run.run(20 * h, 20)
     saved = copy(run.state)
@@ -387,45 +385,28 @@ def test_each_body_has_its_own_sigma():
         assert turn.magnitude() < 1e-10  # Newton's tolerance, 1e-13 · 100 rad/s per step of 1e-3 s, 1000 steps
 
 
-# --- the predictor ---------------------------------------------------------------------------------------------------
+# --- the start of the iterations --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", ["HeavyTop", "SliderCrank"])
 @pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 @pytest.mark.parametrize("sigma_mode", [FIXED, SPIN_OPTIMAL])
-def test_no_predictor_changes_the_result(model, formulation, sigma_mode):
+def test_multipliers_that_a_step_starts_from_do_not_change_the_result(model, formulation, sigma_mode):
     """To Newton's tolerance, 1e-12 of the velocities, times 1000 for what 50 steps make of it."""
     h = RUNS[model][1][0]
 
-    def end(predictor, **settings):
+    def end(start, **settings):
         run = simulation(
-            model,
-            step_size=h,
-            predictor=predictor,
-            formulation=formulation,
-            sigma_mode=sigma_mode,
-            relative_tolerance=1e-12,
-            **settings,
+            model, step_size=h, formulation=formulation, sigma_mode=sigma_mode, relative_tolerance=1e-12, **settings
         )
-        run.run(50 * h, 50)
+        for i in range(1, 51):
+            run.state.lambda_ = start * run.state.lambda_
+            run.run(i * h, 1)
         return run.state
 
-    expected = end(PREVIOUS)
+    expected = end(1.0)
     for settings in ({}, {"jacobian": TANGENT_FREE}, {"newton": MODIFIED}):
-        for predictor in (ZERO, EXTRAPOLATED):
-            found = end(predictor, **settings)
+        for start in (0.0, 2.0):
+            found = end(start, **settings)
             np.testing.assert_allclose(found.q, expected.q, rtol=0, atol=1e-9)
             assert np.abs(found.v - expected.v).max() < 1e-9 * np.abs(expected.v).max()
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_the_extrapolated_predictor_saves_iterations(model):
-    """Against starting from zero, in modified Newton iterations."""
-    h = RUNS[model][1][1]
-
-    def iterations(predictor):
-        run = simulation(model, step_size=h, newton=MODIFIED, predictor=predictor)
-        run.run(200 * h, 200)
-        return run.state.counters.newton_iterations
-
-    assert iterations(EXTRAPOLATED) < iterations(ZERO)

@@ -380,7 +380,7 @@ SCALED = _core.Frame(np.zeros(3), 1.001 * np.eye(3))
 SKEW = _core.Frame(np.zeros(3), np.array([[1.0, 1e-6, 0], [0, 1, 0], [0, 0, 1]]))
 NOT_FINITE = _core.Frame(np.zeros(3), np.full((3, 3), np.nan))
 INERTIA = "bob.inertia has the principal moments "
-AXES = "pin has frame axes that are not orthonormal and right-handed."
+ORTHONORMAL = "; they must be orthonormal and right-handed."
 
 REFUSED = {
     "no mass": (with_body(mass=0.0), "bob.mass is 0 kg; it must be positive and finite."),
@@ -392,7 +392,11 @@ REFUSED = {
         INERTIA + "-2, 1, 1 kg.m2; all must be positive.",
     ),
     "no inertia": (with_body(inertia=[0.0, 1.0, 1.0]), INERTIA + "0, 1, 1 kg.m2; all must be positive."),
-    "inertia nan": (with_body(inertia=[np.nan, 1.0, 1.0]), INERTIA + "nan, nan, nan kg.m2; all must be positive."),
+    "inertia nan": (with_body(inertia=[1.0, np.nan, 1.0]), "bob.inertia.yy is nan kg.m2; it must be finite."),
+    "infinite product of inertia": (
+        with_body(inertia_products=[0.0, -np.inf, 0.0]),
+        "bob.inertia.xz is -inf kg.m2; it must be finite.",
+    ),
     "not positive definite": (
         with_body(inertia_products=[0.0, 0.0, 2.0]),
         INERTIA + "-1, 1, 3 kg.m2; all must be positive.",
@@ -424,18 +428,31 @@ REFUSED = {
     "joint below the ground": (with_joint(-2, FRAME, 0, FRAME), "pin refers to body -2; allowed are -1 (ground) to 1."),
     "joint to itself": (
         with_joint(1, FRAME, 1, FRAME),
-        "pin connects body 1 with itself; it must connect two bodies.",
+        "pin connects bob with itself; it must connect two bodies.",
     ),
     "joint from ground to ground": (
         with_joint(GROUND, FRAME, GROUND, FRAME),
-        "pin connects body -1 with itself; it must connect two bodies.",
+        "pin connects the ground with itself; it must connect two bodies.",
     ),
-    "left-handed axes": (with_joint(0, LEFT_HANDED, 1, FRAME), AXES),
-    "scaled axes": (with_joint(0, FRAME, 1, SCALED), AXES),
-    "skew axes": (with_joint(0, FRAME, 1, SKEW), AXES),
-    "axes nan": (with_joint(0, NOT_FINITE, 1, FRAME), AXES),
+    "left-handed axes": (
+        with_joint(0, LEFT_HANDED, 1, FRAME),
+        "pin.frame1.axes are (1, 0, 0), (0, 1, 0), (0, 0, -1)" + ORTHONORMAL,
+    ),
+    "scaled axes": (
+        with_joint(0, FRAME, 1, SCALED),
+        "pin.frame2.axes are (1.0009999999999999, 0, 0), (0, 1.0009999999999999, 0), (0, 0, 1.0009999999999999)"
+        + ORTHONORMAL,
+    ),
+    "skew axes": (
+        with_joint(0, FRAME, 1, SKEW),
+        "pin.frame2.axes are (1, 0, 0), (9.9999999999999995e-07, 1, 0), (0, 0, 1)" + ORTHONORMAL,
+    ),
+    "axes nan": (
+        with_joint(0, NOT_FINITE, 1, FRAME),
+        "pin.frame1.axes are (nan, nan, nan), (nan, nan, nan), (nan, nan, nan)" + ORTHONORMAL,
+    ),
     "spring to no body": (with_spring(5, 0), "bumper refers to body 5; allowed are -1 (ground) to 1."),
-    "spring to itself": (with_spring(0, 0), "bumper connects body 0 with itself; it must connect two bodies."),
+    "spring to itself": (with_spring(0, 0), "bumper connects rod with itself; it must connect two bodies."),
     "negative stiffness": (
         with_spring(0, 1, stiffness=(1.0, -2.5, 1.0)),
         "bumper.stiffness[2] is -2.5 N/m; it must not be negative.",

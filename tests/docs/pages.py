@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 _FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-_INLINE = re.compile(r"`((?:sigmafmu|python -m sigmafmu)\.?[^`]*)`")
+_INLINE = re.compile(r"`((?:sigmafmu|python -m research|make) [^`]*)`")
 PROGRAMS = ("sigmafmu", "python", "make", "pip", "cmake", "git")
 
 
@@ -52,14 +52,12 @@ def command_lines(block: Block) -> list[str]:
 
 
 def inline_commands() -> list[tuple[str, str]]:
-    """Page and command of every `sigmafmu …` in a sentence that is more than a name."""
+    """Page and command of every `sigmafmu …`, `python -m research …` and `make …` in a sentence."""
     found = []
     for page in PAGES:
         text = _FENCE.sub("", read(page))
         for match in _INLINE.finditer(text):
-            command = " ".join(match[1].split())
-            if len(command.split()) > 1:
-                found.append((page.name, command))
+            found.append((page.name, " ".join(match[1].split())))
     return found
 
 

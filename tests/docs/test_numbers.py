@@ -18,7 +18,7 @@ STEPS = {
     "HighSpeedRotor": (1e-5, "final position"),
     "SliderCrank": (1.25e-3, "final position"),
 }
-"""The step that docs/study/README.md tabulates, and the error that the paper looks at."""
+"""The step that the study's report tabulates, and the error that the paper looks at."""
 REFERENCE = {
     "integrator.method": "rkmk54",
     "integrator.absoluteTolerance": 1e-12,
@@ -293,7 +293,7 @@ def test_sigma_and_bending():
 
 
 def test_speed_of_index3_in_readme():
-    """About half on the slider-crank: docs/speed.md, which `sigmafmu bench` writes."""
+    """About half on the slider-crank: docs/speed.md, which `python -m research bench` writes."""
     rows = {label: float(us) for label, us, *_ in markdown_rows("speed.md", "FMU, ")}
     assert "`index3` costs about half on the slider-crank" in prose("README.md")
     text = (ROOT / "docs" / "speed.md").read_text(encoding="utf-8").partition("## SliderCrank")[2]

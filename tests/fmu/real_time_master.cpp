@@ -1,10 +1,11 @@
 // A master that counts heap allocations and locks inside the functions of an FMU, and forbids system calls in its loop:
 //
-//   real_time_master LIBRARY GUID RESOURCES H STEPS INPUT,... OUTPUT,... AMPLITUDE [VR=INTEGER ...]
+//   real_time_master LIBRARY GUID RESOURCES H STEPS INPUT,... OUTPUT,... TUNABLE,... AMPLITUDE [VR=INTEGER ...]
 //
 // takes STEPS communication steps of H, with all inputs (value references) set to values up to AMPLITUDE before each
-// and all outputs read after it, once the integers VR have been set. Prints a line `name allocations` for every
-// function and `locks`, those taken in the loop.
+// and all outputs read after it, once the integers VR have been set; then changes the tunable parameters and goes back
+// to an earlier state, ten times. Prints a line `name allocations` for every function and `locks`, those taken in the
+// loops.
 //
 // Every allocation of the process, `operator new` of the FMU included, ends up in the malloc family defined here, since
 // the dynamic linker prefers the symbols of the executable; so does every mutex. In the loop the kernel kills the
@@ -105,13 +106,13 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 }  // extern "C"
 
 int main(int argc, char** argv) {
-  if (argc < 9) return 2;
+  if (argc < 10) return 2;
   void* library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
   if (!library) return std::fprintf(stderr, "%s\n", dlerror()), 2;
   const double H = std::atof(argv[4]);
   const int steps = std::atoi(argv[5]);
-  const std::vector<unsigned> inputs = numbers(argv[6]), outputs = numbers(argv[7]);
-  std::vector<double> input_values(inputs.size()), output_values(outputs.size());
+  const std::vector<unsigned> inputs = numbers(argv[6]), outputs = numbers(argv[7]), tunables = numbers(argv[8]);
+  std::vector<double> input_values(inputs.size()), output_values(outputs.size()), tunable_values(tunables.size());
   const std::vector<int> orders(inputs.size(), 1);
 
   auto* instantiate = find<fmi2InstantiateTYPE>(library, "fmi2Instantiate");
@@ -122,16 +123,18 @@ int main(int argc, char** argv) {
   auto* set_derivatives = find<fmi2SetRealInputDerivativesTYPE>(library, "fmi2SetRealInputDerivatives");
   auto* get_real = find<fmi2GetRealTYPE>(library, "fmi2GetReal");
   auto* do_step = find<fmi2DoStepTYPE>(library, "fmi2DoStep");
+  auto* get_state = find<fmi2GetFMUstateTYPE>(library, "fmi2GetFMUstate");
+  auto* set_state = find<fmi2SetFMUstateTYPE>(library, "fmi2SetFMUstate");
 
   const fmi2CallbackFunctions callbacks = {logger, nullptr, nullptr, nullptr, nullptr};
   fmi2Component c = nullptr;
-  long instantiating = 0, stepping = 0, setting = 0, getting = 0;
+  long instantiating = 0, stepping = 0, setting = 0, getting = 0, tuning = 0, restoring = 0;
   counted(instantiating, "fmi2Instantiate", [&] {
     c = instantiate("counted", fmi2CoSimulation, argv[2], argv[3], &callbacks, fmi2False, fmi2False);
     return c ? fmi2OK : fmi2Error;
   });
-  const double amplitude = std::atof(argv[8]);
-  for (int i = 9; i < argc; ++i) {
+  const double amplitude = std::atof(argv[9]);
+  for (int i = 10; i < argc; ++i) {
     unsigned reference = 0;
     int value = 0;
     if (std::sscanf(argv[i], "%u=%d", &reference, &value) != 2) return 2;
@@ -139,6 +142,11 @@ int main(int argc, char** argv) {
   }
   counted(instantiating, "fmi2EnterInitializationMode", [&] { return enter(c); });
   counted(instantiating, "fmi2ExitInitializationMode", [&] { return leave(c); });
+
+  fmi2FMUstate state = nullptr;
+  counted(instantiating, "fmi2GetFMUstate", [&] { return get_state(c, &state); });
+  counted(instantiating, "fmi2GetReal",
+          [&] { return get_real(c, tunables.data(), tunables.size(), tunable_values.data()); });
 
   pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
   pthread_mutex_lock(&mutex);
@@ -155,9 +163,16 @@ int main(int argc, char** argv) {
     counted(stepping, "fmi2DoStep", [&] { return do_step(c, i * H, H, fmi2True); });
     counted(getting, "fmi2GetReal", [&] { return get_real(c, outputs.data(), outputs.size(), output_values.data()); });
   }
+  for (int i = 0; i < 10; ++i) {
+    for (double& value : tunable_values) value += 1e-9;
+    counted(tuning, "fmi2SetReal",
+            [&] { return set_real(c, tunables.data(), tunables.size(), tunable_values.data()); });
+    counted(restoring, "fmi2SetFMUstate", [&] { return set_state(c, state); });
+  }
   // What usually ends a program makes system calls.
   char text[200];
-  const int length = std::snprintf(text, sizeof text, "instantiate %ld\nset %ld\ndoStep %ld\nget %ld\nlocks %ld\n",
-                                   instantiating, setting, stepping, getting, locks);
+  const int length = std::snprintf(text, sizeof text,
+                                   "instantiate %ld\nset %ld\ndoStep %ld\nget %ld\ntune %ld\nrestore %ld\nlocks %ld\n",
+                                   instantiating, setting, stepping, getting, tuning, restoring, locks);
   syscall(SYS_exit, write(STDOUT_FILENO, text, length) == length ? 0 : 1);
 }

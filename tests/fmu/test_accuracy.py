@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sigmafmu.reference import History, differences, read_reference, vector_columns
+from research.reference import History, differences, vector_columns
+from sigmafmu.compare import read_reference
 
 from .helpers import (
     CORRECTORS,

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from lxml import etree
 
+from research.reference import group_of
+from sigmafmu.compare import read_reference
 from sigmafmu.fmu import Fmu
-from sigmafmu.reference import group_of, read_reference
 
 ROOT = Path(__file__).resolve().parents[2]
 FMI3_SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"

@@ -1,7 +1,7 @@
 """The interface contract: every variable with its unit, causality, start value, and nothing beside them.
 
 The table below says what a mechanism consists of; the variables of bodies, joints, spring-dampers and loads follow from
-it. Numbers come from `sigmafmu.reference`, which holds the literature's data without any code of the FMUs.
+it. Numbers come from `research.reference`, which holds the literature's data without any code of the FMUs.
 """
 
 import math
@@ -18,8 +18,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from sigmafmu.reference import CRANK, GRAVITY, ROD, SLIDER, TOP, Body, Rotor
-from sigmafmu.reference.clouds import PENDULUM_ANGULAR_VELOCITY, SpinUp
+from research.reference import CRANK, GRAVITY, ROD, SLIDER, TOP, Body, Rotor
+from research.reference.clouds import PENDULUM_ANGULAR_VELOCITY, SpinUp
 
 from .helpers import (
     ABSOLUTE_COORDINATES,

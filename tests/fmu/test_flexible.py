@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from research.reference import History, differences
+from research.reference.clouds import SpinUp, conrod_cloud, pendulum_cloud
+from sigmafmu.compare import read_reference
 from sigmafmu.fmu import Fmu, LogMessage
-from sigmafmu.reference import History, differences, read_reference
-from sigmafmu.reference.clouds import SpinUp, conrod_cloud, pendulum_cloud
 
 from .helpers import EPS, Instance, assert_same_bits, inputs, orders
 

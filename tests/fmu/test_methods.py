@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sigmafmu.reference import GRAVITY, TOP, TOP_PIVOT
+from research.reference import GRAVITY, TOP, TOP_PIVOT
 
 from .helpers import (
     ABSOLUTE_COORDINATES,

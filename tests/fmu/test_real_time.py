@@ -1,4 +1,5 @@
-"""No heap allocation, lock or system call in a communication step, nor in writing inputs and reading outputs around it.
+"""No heap allocation, lock or system call in a communication step, nor in what masters do around it: writing inputs,
+reading outputs, setting tunable parameters, going back to an earlier state.
 
 They cost an unknown time, which a real-time loop does not have. A small C++ master counts the first two from outside,
 in the whole process, and has the kernel kill it at the third.
@@ -15,7 +16,7 @@ import pytest
 
 from sigmafmu.fmu import Fmu
 
-from .helpers import inputs, integrator_combinations, real_outputs
+from .helpers import inputs, integrator_combinations, parameters, real_outputs
 
 SOURCE = Path(__file__).with_name("real_time_master.cpp")
 COMPILER = shlex.split(os.environ.get("CXX", "g++"))
@@ -40,7 +41,8 @@ def count(master: Path, fmu: Fmu, settings: dict, steps: int = 1000) -> dict[str
     """Allocations by kind of call."""
     library = fmu.directory / "binaries" / fmpy.platform / f"{fmu.name}{fmpy.sharedLibraryExtension}"
     h = float(fmu.variables["integrator.stepSize"].start)
-    references = [",".join(map(str, fmu.references(names))) for names in (inputs(fmu), real_outputs(fmu))]
+    tunable = [v.name for v in parameters(fmu, "tunable")]
+    references = [",".join(map(str, fmu.references(names))) for names in (inputs(fmu), real_outputs(fmu), tunable)]
     options = []
     for name, item in settings.items():
         variable = fmu.variables[name]
@@ -61,4 +63,4 @@ def count(master: Path, fmu: Fmu, settings: dict, steps: int = 1000) -> dict[str
 def test_steps_are_fit_for_real_time(master, fmu, model, settings):
     counted = count(master, fmu(model), settings)
     assert counted.pop("instantiate") > 100, "allocations are counted"
-    assert counted == {"set": 0, "doStep": 0, "get": 0, "locks": 0}
+    assert counted == {"set": 0, "doStep": 0, "get": 0, "tune": 0, "restore": 0, "locks": 0}

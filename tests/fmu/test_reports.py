@@ -16,7 +16,7 @@ import pytest
 
 from sigmafmu import _core
 
-from .helpers import inputs
+from .helpers import bodies, inputs
 
 SOURCE = Path(__file__).with_name("reporting_master.cpp")
 FMU_SOURCES = Path(__file__).parents[2] / "fmu_src"
@@ -48,7 +48,9 @@ def run(master, fmu, model):
         f = fmu(model)
         library = f.directory / "binaries" / fmpy.platform / f"{f.name}{fmpy.sharedLibraryExtension}"
         torque = min(inputs(f), key=lambda name: (not name.endswith(".motorTorque"), not name.endswith(".torque[2]")))
-        references = f.references([*(f"integrator.{name}" for name in REFERENCES), torque])
+        body = bodies(f)[0]
+        others = [torque, f"{body}.initialQuaternion[1]", f"{body}.acceleration[1]"]
+        references = f.references([*(f"integrator.{name}" for name in REFERENCES), *others])
         arguments = [library, f.description.guid, (f.directory / "resources").as_uri(), *references, *bad_resources]
         done = subprocess.run(
             [master, mode, *map(str, arguments)],
@@ -152,6 +154,15 @@ def test_nothing_is_thrown_when_memory_runs_out(run, fmu, model, mode):
     assert "There is not enough memory." in reports
     assert "" not in reports, "nothing fails without a report"
     assert int(count.removeprefix("allocations: ")) > 100
+
+
+@pytest.mark.parametrize("mode", ["allocation-calls", "memory-calls"])
+def test_no_function_throws_when_memory_runs_out(run, mode):
+    """Whichever allocation of a call fails, and whether the call would have succeeded or been refused: an error or a
+    discard, one message, and an instance as if the call had not been made."""
+    allocations = dict(line.split("|") for line in run(mode))
+    assert len(allocations) > 50
+    assert len([name for name, count in allocations.items() if int(count) > 0]) > 30
 
 
 def test_texts_are_made_in_one_place():

@@ -1,8 +1,10 @@
 """Saving, restoring and serializing the state of an instance: all bit by bit."""
 
 import ctypes
+import math
 import os
 import random
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .helpers import ERROR, Instance, assert_same_bits, inputs, integrator_combinations, parameters, rigid_bodies
+from .helpers import (
+    ERROR,
+    FORMULATIONS,
+    METHODS,
+    NEWTONS,
+    Instance,
+    assert_same_bits,
+    inputs,
+    integrator_combinations,
+    parameters,
+    rigid_bodies,
+)
 
 COMBINATIONS = integrator_combinations()
 
@@ -261,6 +274,29 @@ def test_serialized_states_continue_in_another_process(new, model, fmus_dir, tmp
         assert_same_bits(np.load(f"{file}.npy"), trajectory)
 
 
+@pytest.mark.parametrize("newton", NEWTONS)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("method", METHODS)
+def test_bytes_taken_in_mid_run_are_all_that_a_method_remembers(new, model, method, formulation, newton):
+    """Another instance goes on from them as the first one does, over steps of unequal length and a jump of inputs."""
+    settings = {"method": method, "formulation": formulation, "newton": newton}
+    instance, other = new(model).start({f"integrator.{name}": value for name, value in settings.items()}), new(model)
+    H = communication_step(instance)
+    for part in (1.0, 0.3, 1.0):
+        instance.step(part * H)
+    other.deserialize(instance.serialized())
+    other.time = instance.time
+    runs = []
+    for each in (instance, other):
+        rows = [each.outputs()]
+        for part in (1.0, 0.1, 1.0, 1.0):
+            each.step(part * H)
+            rows.append(each.outputs())
+            shake(each, len(rows))
+        runs.append(np.array(rows))
+    assert_same_bits(*runs)
+
+
 def test_bytes_survive_a_round_trip(new, model):
     instance = new(model).start({"integrator.newton": "modified"})
     H = communication_step(instance)
@@ -329,3 +365,40 @@ def test_a_buffer_that_is_too_small_is_refused(new, model):
     slave.fmi2SerializeFMUstate(slave.component, state, buffer, size.value)
     assert bytes(buffer) == instance.serialized()
     slave.freeFMUstate(state)
+
+
+def checksum(data: bytes) -> bytes:
+    """FNV-1a."""
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return value.to_bytes(8, "little")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [(f"integrator.{n}", x) for n in ("method", "maxHalvings") for x in (math.nan, math.inf, -1e300, 1e10, 99.0)]
+    + [("integrator.stepSize", x) for x in (math.nan, 0.0, -1.0)],
+)
+def test_bytes_with_a_value_that_no_parameter_can_have_are_refused(new, model, name, value):
+    """Whoever has computed a checksum for them: as an index or a step size such a number must never be used."""
+    instance = new(model).start()
+    settable = [v for v in instance.fmu.description.modelVariables if v.causality == "parameter"]
+    data = bytearray(instance.serialized())
+    first = data.index(struct.pack("<Q", len(settable))) + 8
+    start = first + 8 * [v.name for v in settable].index(name)
+    data[start : start + 8] = struct.pack("<d", value)
+    data[-8:] = checksum(data[:-8])
+    message = instance.refusal(instance.slave.deSerializeFMUstate, bytes(data))
+    assert message.status == "error"
+    assert message.text.startswith(f"The serialized FMU state is damaged. {name} is ")
+
+
+def test_bytes_with_a_phase_that_does_not_exist_are_refused(new, model):
+    instance = new(model).start()
+    data = bytearray(instance.serialized())
+    guid = instance.fmu.description.guid.encode()
+    data[data.index(guid) + len(guid)] = 200
+    data[-8:] = checksum(data[:-8])
+    message = instance.refusal(instance.slave.deSerializeFMUstate, bytes(data))
+    assert (message.status, message.text) == ("error", "The serialized FMU state is damaged.")

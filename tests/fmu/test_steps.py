@@ -6,6 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from sigmafmu import _core
+
 from .helpers import DISCARD, ERROR, OK, Instance, assert_same_bits, inputs, orders, real_outputs
 
 
@@ -356,3 +358,21 @@ def test_halved_steps_bring_a_hard_start_to_its_end(new):
     assert instance.integer("integrator.retries") > 0
     assert instance.integer("integrator.steps") > 2
     assert instance.get("top.angularVelocity[2]") == pytest.approx(150 + 0.004 * torque / 0.46875, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"do_step": 0}, "must be addresses"),
+        ({"component": 0}, "must be addresses"),
+        ({"n": -1}, "n is -1; it must not be negative"),
+        ({"period": math.nan}, "period is nan s"),
+        ({"period": -1.0}, "period is -1"),
+        ({"period": 1e300}, "at most 1e8 s"),
+        ({"n": 2**31 - 1, "period": 1.0}, "at most 1e8 s"),
+    ],
+)
+def test_paced_steps_are_refused_before_they_are_counted(arguments, text):
+    """A clock counts whole nanoseconds: what it cannot count must not become one of its numbers."""
+    with pytest.raises(ValueError, match=text):
+        _core.do_steps(**{"do_step": 1, "component": 1, "t0": 0.0, "H": 1e-3, "n": 1, **arguments})

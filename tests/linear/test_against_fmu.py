@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import sigmafmu
+from research.linear import EXPERIMENTS, TIMES, check, points
 from sigmafmu import _core
-from sigmafmu.linear.check import EXPERIMENTS, TIMES, check, points
 from sigmafmu.simulate import started
 
 LARGEST = {"point": 1e-8, "A": 1e-7, "B": 1e-8, "C": 5e-6, "D": 1e-9}
@@ -42,7 +42,7 @@ def test_a_wrong_matrix_is_noticed(monkeypatch):
     """The comparison can fail: one entry of A off by a millionth."""
     from dataclasses import replace
 
-    from sigmafmu.linear import check as module
+    from research import linear as module
 
     def wrong(point, **options):
         model = sigmafmu.linearize(point, **options)

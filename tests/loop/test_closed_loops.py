@@ -12,6 +12,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from research.reference import TOP, TOP_PIVOT, Rotor
+from research.reference.minimal_coordinates import SliderCrank
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
 from sigmafmu.loop.closed_loop import off, run_closed_loop
@@ -20,8 +22,6 @@ from sigmafmu.loop.controllers.axis_attitude import AxisAttitude
 from sigmafmu.loop.controllers.speed_pi import SpeedPI
 from sigmafmu.loop.loops import CONTROLLER, LOOPS, Loop, find
 from sigmafmu.loop.performance import PERFORMANCE, axis_error, whirl
-from sigmafmu.reference import TOP, TOP_PIVOT, Rotor
-from sigmafmu.reference.minimal_coordinates import SliderCrank
 from sigmafmu.result import Result
 from sigmafmu.simulate import SimulationError, started
 

@@ -5,6 +5,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from research.reference.minimal_coordinates import heavy_top
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
 from sigmafmu.loop import coupling_cli, studies, tied_tops
@@ -20,7 +21,6 @@ from sigmafmu.loop.gauss_seidel import (
     QuasiNewton,
     run,
 )
-from sigmafmu.reference.minimal_coordinates import heavy_top
 
 TOLERANCE = 1e-8  # of the masters, relative to the force
 MASS = 15 + 0.234375  # kg: a top's inertia about its pivot over (1 m)², what the spring feels across the arm

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from research.reference.minimal_coordinates import SliderCrank
 from sigmafmu.loop import sampling, studies
 from sigmafmu.loop.energy import Bond
 from sigmafmu.loop.gauss_seidel import EXTRAPOLATED, HOLD, ITERATED, LINEAR, MEAN, SCHEMES, run
-from sigmafmu.reference.minimal_coordinates import SliderCrank
 
 SIZES = (2e-3, 1e-3, 5e-4)
 ORDERS = {HOLD: 1.0, EXTRAPOLATED: 2.0, LINEAR: 2.0, MEAN: 2.0}

@@ -4,11 +4,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from research.measure import FORMULATION_NAMES, INDEX2, INDEX3, MULTIPLIERS, STABILIZED
+from research.study import conditioning
+from research.study.conditioning import conditions, exponent, newton_matrix, noise
+from research.study.runs import simulation
 from sigmafmu import _core
-from sigmafmu.measure import FORMULATION_NAMES, INDEX2, INDEX3, MULTIPLIERS, STABILIZED
-from sigmafmu.study import conditioning
-from sigmafmu.study.conditioning import conditions, exponent, newton_matrix, noise
-from sigmafmu.study.runs import simulation
 
 EPS = float(np.finfo(float).eps)
 every_formulation = pytest.mark.parametrize("formulation", FORMULATION_NAMES)

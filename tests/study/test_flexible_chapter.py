@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sigmafmu.reference import read_reference, rotating_beam, vector_columns
-from sigmafmu.reference.clouds import SpinUp
-from sigmafmu.study import FLEXIBLE_CHAPTERS, flexible_bending, flexible_limits, load
-from sigmafmu.study.flexible_accuracy import RIGID, Curve, ways
-from sigmafmu.study.flexible_runs import (
+from research.reference import rotating_beam, vector_columns
+from research.reference.clouds import SpinUp
+from research.study import FLEXIBLE_CHAPTERS, flexible_bending, flexible_limits, load
+from research.study.flexible_accuracy import RIGID, Curve, ways
+from research.study.flexible_runs import (
     CASES,
     ERRORS,
     OTHERS,
@@ -25,7 +25,8 @@ from sigmafmu.study.flexible_runs import (
     rigid_steps,
     states,
 )
-from sigmafmu.study.flexible_work import work_tolerances
+from research.study.flexible_work import work_tolerances
+from sigmafmu.compare import read_reference
 
 EPS = float(np.finfo(float).eps)
 REFERENCES = Path(__file__).resolve().parents[1] / "references"

@@ -7,9 +7,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from sigmafmu.study import (
+from research.study import (
     LGT_CHAPTERS,
-    cli,
     lgt,
     lgt_accuracy,
     lgt_constraints,
@@ -20,7 +19,8 @@ from sigmafmu.study import (
     lgt_vector_space,
     load,
 )
-from sigmafmu.study.lgt import ABSOLUTE, COMBINATIONS, Combination
+from research.study.cli import study
+from research.study.lgt import ABSOLUTE, COMBINATIONS, Combination
 
 EPS = float(np.finfo(float).eps)
 EVERY = [Combination(c.group, c.map, a) for a in ABSOLUTE for c in COMBINATIONS]
@@ -281,11 +281,11 @@ def test_command(tmp_path):
     """`study lgt` knows only chapters of its own."""
     app = typer.Typer()
     app.callback()(lambda: None)
-    cli.register(app)
+    app.command()(study)
     result = CliRunner().invoke(app, ["study", "lgt", "--quick", "--chapter", "lgt_top", "--output", str(tmp_path)])
     assert result.exit_code == 0, result.output
     text = (tmp_path / "README.md").read_text(encoding="utf-8")
-    assert "`sigmafmu study lgt --quick --chapter lgt_top`" in text
+    assert "`python -m research study lgt --quick --chapter lgt_top`" in text
     assert f"## {lgt_top.CHAPTER.title}" in text
     result = CliRunner().invoke(app, ["study", "lgt", "--chapter", "convergence", "--output", str(tmp_path)])
     assert str(result.exception) == f"there is no chapter convergence; there are {', '.join(LGT_CHAPTERS)}"

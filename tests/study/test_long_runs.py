@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from research.measure import INCREMENTAL, INDEX2, INDEX3, RESIDUAL, STABILIZED
+from research.study import long_runs
+from research.study.long_runs import SAMPLES, long_run
+from research.study.runs import simulation
 from sigmafmu import _core
-from sigmafmu.measure import INCREMENTAL, INDEX2, INDEX3, RESIDUAL, STABILIZED
-from sigmafmu.study import long_runs
-from sigmafmu.study.long_runs import SAMPLES, long_run
-from sigmafmu.study.runs import simulation
 
 
 def largest(cell, name, part=slice(None)):

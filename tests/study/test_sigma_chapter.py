@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sigmafmu.measure import INDEX3, STABILIZED, columns, exact
-from sigmafmu.study.sigma import (
+from research.measure import INDEX3, STABILIZED, columns, exact
+from research.study.sigma import (
     CHAPTER,
     SCANS,
     gyroscope_cell,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sigmafmu.measure import exact
-from sigmafmu.study import stability
-from sigmafmu.study.stability import SAMPLES, STOP_TIMES, Panel, assess, failures, number_of_steps, panels, run
+from research.measure import exact
+from research.study import stability
+from research.study.stability import SAMPLES, STOP_TIMES, Panel, assess, failures, number_of_steps, panels, run
 
 every_mechanism = pytest.mark.parametrize("mechanism", STOP_TIMES)
 DEFAULT = Panel("1", "residual", "stabilizedIndex2")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sigmafmu.measure import INDEX2, INDEX3, MULTIPLIERS, STABILIZED
-from sigmafmu.study import start
-from sigmafmu.study.start import PLAIN, SHIFTED, VELOCITY, first_velocity, largest_multipliers, order, transient
+from research.measure import INDEX2, INDEX3, MULTIPLIERS, STABILIZED
+from research.study import start
+from research.study.start import PLAIN, SHIFTED, VELOCITY, first_velocity, largest_multipliers, order, transient
 
 JOINTED = pytest.mark.parametrize("mechanism", [m for m in start.LARGEST_STEPS if MULTIPLIERS[m]])
 NEAR = 0.1  # of an order, for what the next power of h still adds

@@ -11,25 +11,25 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from sigmafmu import SigmafmuError
-from sigmafmu.measure import FORMULATION_NAMES, columns
-from sigmafmu.reference.minimal_coordinates import solve
-from sigmafmu.study import (
+from research.measure import FORMULATION_NAMES, columns
+from research.reference.minimal_coordinates import solve
+from research.study import (
     CHAPTERS,
+    algorithm1,
     cases,
-    cli,
     convergence,
     iterations,
     load,
     orderings,
-    predictor,
     runner,
     runs,
     work_precision,
 )
-from sigmafmu.study.cases import CASES
-from sigmafmu.study.chapter import Cell
-from sigmafmu.study.runs import INDEX3
+from research.study.cases import CASES
+from research.study.chapter import Cell
+from research.study.cli import study
+from research.study.runs import INDEX3
+from sigmafmu import SigmafmuError
 
 EPS = float(np.finfo(float).eps)
 every_mechanism = pytest.mark.parametrize("mechanism", CASES)
@@ -157,7 +157,7 @@ def test_every_chapter_has_cells_that_can_be_kept(mechanism, quick):
 def command(*arguments):
     app = typer.Typer()
     app.callback()(lambda: None)
-    cli.register(app)
+    app.command()(study)
     return CliRunner().invoke(app, ["study", *arguments])
 
 
@@ -165,7 +165,7 @@ def test_command_writes_the_report(tmp_path):
     result = command("rotor", "--quick", "--chapter", "histories", "--output", str(tmp_path))
     assert result.exit_code == 0, result.output
     text = (tmp_path / "README.md").read_text()
-    assert "`sigmafmu study rotor --quick --chapter histories`" in text
+    assert "`python -m research study rotor --quick --chapter histories`" in text
     images = re.findall(r"!\[[^]]+\]\(([^)]+)\)", text)
     assert images == ["histories_HighSpeedRotor.png"]
     for image in images:
@@ -262,7 +262,7 @@ def test_algorithm_1_written_twice_is_one(mechanism):
     On the slider-crank Newton's method ends above it, since the constraints' λ is 1e4 times stiffer than the motion.
     """
     h, stop_time = {"HeavyTop": (1e-3, 0.1), "HighSpeedRotor": (2e-5, 0.002), "SliderCrank": (2.5e-3, 0.25)}[mechanism]
-    found = predictor.by_hand(mechanism, h, stop_time, 0.9, "v̇ := 0", "hβ/γ")
+    found = algorithm1.by_hand(mechanism, h, stop_time, 0.9, "hβ/γ")
     assert found["difference"] <= {"HeavyTop": 1e-12, "HighSpeedRotor": 1e-14, "SliderCrank": 1e-10}[mechanism]
     assert found["position"] > 1e3 * found["difference"]
 
@@ -273,10 +273,10 @@ def test_exudyn_takes_half_the_factor_of_line_6(mechanism):
 
     The bodies of the slider-crank turn too slowly to tell the two apart.
     """
-    h, stop_time = predictor.STEPS[mechanism], predictor.QUICK_TIMES[mechanism]
+    h, stop_time = algorithm1.STEPS[mechanism], algorithm1.QUICK_TIMES[mechanism]
     rho = CASES[mechanism].rho_inf[INDEX3]
     printed, halved = (
-        predictor.by_hand(mechanism, h, stop_time, rho, "v̇ := 0", line6)["position"] for line6 in ("hβ/γ", "hβ/(2γ)")
+        algorithm1.by_hand(mechanism, h, stop_time, rho, line6)["position"] for line6 in ("hβ/γ", "hβ/(2γ)")
     )
     peer = runs.exudyn(mechanism, h, stop_time, **cases.peer_settings(mechanism, INDEX3, "σ-modified"))["position"]
     assert peer == pytest.approx(halved, rel=0.03)
@@ -285,16 +285,18 @@ def test_exudyn_takes_half_the_factor_of_line_6(mechanism):
 
 @every_mechanism
 def test_residual_form_depends_on_no_path(mechanism):
-    """To Newton's tolerance, here 1e-5 of the discretization error, from every predictor with every matrix."""
+    """To Newton's tolerance, here 1e-5 of the discretization error, with every matrix."""
+    h, stop_time = algorithm1.STEPS[mechanism], algorithm1.QUICK_TIMES[mechanism]
+    exact, _ = runs.point_motion(mechanism, runs.exact(mechanism, stop_time))
     for formulation in cases.formulations(mechanism):
-        settings = cases.settings(mechanism, formulation)
-        steps = (predictor.STEPS[mechanism], predictor.QUICK_TIMES[mechanism])
-        found = predictor.compare(mechanism, *steps, settings, tuple(predictor.PREDICTORS))["runs"]
-        tight = [run for run in found if run["tolerance"] == "tight"]
-        assert len(tight) == 9
-        assert max(run["difference"] for run in tight) <= 1e-5 * tight[0]["position"]
-        from_zero = next(run for run in found if (run["predictor"], run["variant"]) == ("zero", "full"))
-        assert from_zero["iterations"] >= found[0]["iterations"]
+        settings = cases.settings(mechanism, formulation) | algorithm1.TIGHT
+        first, *others = (
+            runs.point_motion(mechanism, runs.trajectory(mechanism, h, stop_time, **settings, **newton)[0])[0]
+            for newton in iterations.VARIANTS.values()
+        )
+        assert len(others) == 2
+        error = np.linalg.norm(first - exact, axis=1).max()
+        assert max(np.linalg.norm(other - first, axis=1).max() for other in others) <= 1e-5 * error
 
 
 def test_figures_of_the_paper_are_for_schemes_of_the_table():

@@ -9,9 +9,11 @@ void bind_definitions(nb::module_& m);
 void bind_system(nb::module_& m);
 void bind_outputs(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_slave(nb::module_& m);
+void bind_solve(nb::module_& m);
 void bind_master(nb::module_& m);
 
-NB_MODULE(_core, m) {
+NB_MODULE(_core, m) {  // NOLINT(bugprone-signed-bitwise): in nanobind's macro
   m.doc() = "Core of sigmafmu: Lie group functions, equations of motion, integrator.";
   nb::set_leak_warnings(false);
   auto lie = m.def_submodule("lie", "SO(3) and R^3 x SO(3).");
@@ -20,5 +22,7 @@ NB_MODULE(_core, m) {
   bind_system(m);
   bind_outputs(m);
   bind_simulation(m);
+  bind_slave(m);
+  bind_solve(m);
   bind_master(m);
 }

@@ -9,10 +9,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "fmi/modal_file.h"
 #include "fmi/variables.h"
+#include "model/json.h"
 #include "model/mechanism.h"
 #include "model/mechanisms.h"
+#include "model/modal_file.h"
+#include "model/validation.h"
 #include "solve/start/assembly.h"
 
 namespace nb = nanobind;
@@ -23,6 +25,7 @@ namespace {
 
 // Sets a parameter by its FMU name, with the FMU's checks.
 void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
+  validation::validate_structure(mechanism.multibody);
   for (const Variable& v : make_variables(mechanism, System(mechanism.multibody))) {
     if (v.name != name) continue;
     if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
@@ -53,6 +56,8 @@ void bind_definitions(nb::module_& m) {
   };
   nb::class_<ModalDef>(m, "Modal", "Nodes and modes that make a body flexible.")
       .def(nb::init<>())
+      .def_rw("file", &ModalDef::file)
+      .def_rw("modes", &ModalDef::modes, "Of the file.")
       .def_rw("nodes", &ModalDef::nodes)
       .def_rw("masses", &ModalDef::masses)
       .def_rw("mass_matrix", &ModalDef::mass_matrix)
@@ -72,6 +77,7 @@ void bind_definitions(nb::module_& m) {
   nb::class_<RigidBodyDef>(m, "RigidBody")
       .def(nb::init<>())
       .def_rw("name", &RigidBodyDef::name)
+      .def_rw("description", &RigidBodyDef::description)
       .def_rw("modal", &RigidBodyDef::modal, nb::for_setter(nb::arg("modal").none()))
       .def_rw("mass", &RigidBodyDef::mass)
       .def_rw("inertia", &RigidBodyDef::inertia)
@@ -99,7 +105,9 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body1", &JointDef::body1)
       .def_ro("frame1", &JointDef::frame1)
       .def_ro("body2", &JointDef::body2)
-      .def_ro("frame2", &JointDef::frame2);
+      .def_ro("frame2", &JointDef::frame2)
+      .def_rw("initial_coordinate", &JointDef::initial_coordinate, "nan: not set")
+      .def_rw("initial_rate", &JointDef::initial_rate, "nan: not set");
   nb::class_<SpringDamperDef>(m, "SpringDamper")
       .def(
           "__init__",
@@ -109,19 +117,46 @@ void bind_definitions(nb::module_& m) {
           },
           "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a,
           "node1"_a = kFloatingFrame, "node2"_a = kFloatingFrame)
+      .def_ro("name", &SpringDamperDef::name)
+      .def_ro("body1", &SpringDamperDef::body1)
+      .def_ro("point1", &SpringDamperDef::point1)
+      .def_ro("node1", &SpringDamperDef::node1)
+      .def_ro("body2", &SpringDamperDef::body2)
+      .def_ro("point2", &SpringDamperDef::point2)
+      .def_ro("node2", &SpringDamperDef::node2)
       .def_rw("stiffness", &SpringDamperDef::stiffness)
       .def_rw("damping", &SpringDamperDef::damping);
-  nb::class_<LoadDef>(m, "Load").def(
-      "__init__",
-      [](LoadDef* l, std::string name, int body, const Vector3d& force, const Vector3d& torque) {
-        new (l) LoadDef{std::move(name), "", body, force, torque};
-      },
-      "name"_a, "body"_a, "force"_a, "torque"_a);
+  nb::class_<LoadDef>(m, "Load")
+      .def(
+          "__init__",
+          [](LoadDef* l, std::string name, int body, const Vector3d& force, const Vector3d& torque) {
+            new (l) LoadDef{std::move(name), "", body, force, torque};
+          },
+          "name"_a, "body"_a, "force"_a, "torque"_a)
+      .def_ro("name", &LoadDef::name)
+      .def_rw("description", &LoadDef::description)
+      .def_ro("body", &LoadDef::body)
+      .def_ro("force", &LoadDef::force)
+      .def_ro("torque", &LoadDef::torque);
+  nb::class_<StationDef>(m, "Station", "A point of a flexible body whose place is an output.")
+      .def(
+          "__init__",
+          [](StationDef* s, std::string name, int body, std::vector<int> nodes, std::vector<Vector3d> axes) {
+            new (s) StationDef{std::move(name), "", body, std::move(nodes), std::move(axes)};
+          },
+          "name"_a, "body"_a, "nodes"_a, "deflection_axes"_a = std::vector<Vector3d>{})
+      .def_ro("name", &StationDef::name)
+      .def_rw("description", &StationDef::description)
+      .def_ro("body", &StationDef::body)
+      .def_ro("nodes", &StationDef::nodes)
+      .def_ro("deflection_axes", &StationDef::deflection_axes);
   nb::class_<MultibodyDef>(m, "Multibody")
       .def(nb::init<>())
       .def_rw("gravity", &MultibodyDef::gravity)
       .def_ro("bodies", &MultibodyDef::bodies)
       .def_ro("joints", &MultibodyDef::joints)
+      .def_ro("spring_dampers", &MultibodyDef::spring_dampers)
+      .def_ro("loads", &MultibodyDef::loads)
       .def(
           "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
           nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
@@ -148,19 +183,25 @@ void bind_definitions(nb::module_& m) {
       .def_rw("newton", &IntegratorSettings::newton)
       .def_rw("sigma_mode", &IntegratorSettings::sigma_mode)
       .def_rw("step_control", &IntegratorSettings::step_control)
-      .def_rw("error_tolerance", &IntegratorSettings::error_tolerance)
-      .def_rw("predictor", &IntegratorSettings::predictor,
-              "vdot and lambda that the iterations of the residual form start from: 1 those of the last step "
-              "(previous), 2 zero as in Alg. 1, 3 extrapolated linearly from the last two steps. Results agree to "
-              "Newton's tolerance; only the number of iterations changes. The incremental form starts from zero.");
+      .def_rw("error_tolerance", &IntegratorSettings::error_tolerance);
   nb::class_<Mechanism>(m, "Mechanism")
-      .def(nb::init<>())
+      .def(
+          "__init__", [](Mechanism* m, std::string name) { (new (m) Mechanism)->name = std::move(name); },
+          "name"_a = "Mechanism")
       .def_rw("name", &Mechanism::name)
       .def_rw("description", &Mechanism::description)
       .def_rw("multibody", &Mechanism::multibody)
       .def_rw("integrator", &Mechanism::integrator)
       .def_rw("stop_time", &Mechanism::stop_time)
+      .def_rw("communication_step", &Mechanism::communication_step)
+      .def_ro("stations", &Mechanism::stations)
+      .def("add", &Mechanism::add, "station"_a)
+      .def("validate", [](const Mechanism& m) { validate(m); })
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
+  m.def("to_json", &to_json, "mechanism"_a, "The mechanism as text; its modal data stay in their files.");
+  m.def("from_json", &from_json, "text"_a, "A mechanism from text, as yet without the modal data of its files.");
+  m.def("load_modal_files", &load_modal_files, "mechanism"_a, "folder"_a,
+        "Read the modal data of its flexible bodies.");
   m.def("axes_with_z", &axes_with_z, "z"_a);
   m.def(
       "assemble",
@@ -184,6 +225,7 @@ void bind_definitions(nb::module_& m) {
           if (mechanism.name != name) continue;
           const auto package = nb::cast<std::string>(nb::str(nb::module_::import_("sigmafmu").attr("__path__")[0]));
           load_modal_files(mechanism, package + "/resources/" + name);
+          validate(mechanism);
           find_joint_values(mechanism.multibody);
           return mechanism;
         }

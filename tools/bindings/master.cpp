@@ -20,7 +20,17 @@ using Steps = Eigen::Matrix<double, Eigen::Dynamic, 2>;
 Steps do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, double H, int n, double period) {
   using clock = std::chrono::steady_clock;
   using seconds = std::chrono::duration<double>;
-  const auto call = reinterpret_cast<int (*)(void*, double, double, int)>(do_step);
+  if (do_step == 0 || component == 0) throw std::invalid_argument("do_step and component must be addresses");
+  if (n < 0) throw std::invalid_argument("n is " + std::to_string(n) + "; it must not be negative");
+  constexpr double kLongest = 1e8;  // what a clock can count [s]
+  if (!(period >= 0) || !(n * period <= kLongest)) {
+    throw std::invalid_argument("period is " + std::to_string(period) +
+                                " s; it must not be negative, n periods at most 1e8 s");
+  }
+  // Python knows addresses as numbers.
+  const auto call =
+      reinterpret_cast<int (*)(void*, double, double, int)>(do_step);  // NOLINT(performance-no-int-to-ptr)
+  void* const instance = reinterpret_cast<void*>(component);           // NOLINT(performance-no-int-to-ptr)
   constexpr seconds kSpin(2e-4);  // sleeping is not exact: the last stretch is waited actively
   Steps result(n, 2);
   const auto start = clock::now();
@@ -33,7 +43,7 @@ Steps do_steps(std::uintptr_t do_step, std::uintptr_t component, double t0, doub
       }
     }
     const auto begin = clock::now();
-    if (call(reinterpret_cast<void*>(component), t0 + i * H, H, 1) != 0) {
+    if (call(instance, t0 + i * H, H, 1) != 0) {
       throw std::runtime_error("fmi2DoStep failed in step " + std::to_string(i));
     }
     result(i, 0) = seconds(begin - due).count();

@@ -23,7 +23,7 @@ namespace {
 // The real outputs of a mechanism's FMU as functions of (q, v, u).
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
-      : mechanism((validate(m.multibody), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
+      : mechanism((validate(m), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
     for (const Variable& v : make_variables(m, system)) {
       if (v.output && !v.integer) variables.push_back(v);
       if (v.input >= 0) inputs.push_back(v.name);
@@ -44,9 +44,8 @@ struct PyOutputs {
     system.evaluate(q, v, e);
     const View view{mechanism, system, state, q, v, e, vdot, lambda};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));
-    for (std::size_t i = 0; i < variables.size(); ++i) {
-      y[static_cast<Eigen::Index>(i)] = variables[i].output(view, variables[i].object, variables[i].component);
-    }
+    OutputValues output(variables);
+    for (std::size_t i = 0; i < variables.size(); ++i) y[static_cast<Eigen::Index>(i)] = output(variables[i], view);
     return y;
   }
   // Of the outputs that may jump, their continuous derivatives along the motion v, and which ones these are.
@@ -71,6 +70,7 @@ struct PyOutputs {
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
+    result.reserve(variables.size());
     for (const Variable& v : variables) result.push_back(v.name);
     return result;
   }

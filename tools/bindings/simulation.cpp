@@ -6,7 +6,7 @@
 #include <string>
 
 #include "integrator/integrator.h"
-#include "integrator/spin_sigma.h"
+#include "integrator/methods/spin_sigma.h"
 #include "model/mechanism.h"
 #include "solve/start/assembly.h"
 
@@ -16,27 +16,27 @@ using namespace sigmafmu;
 
 namespace {
 
-// One mechanism with its integrator and state.
+// One mechanism with its integrator and state. Settings may go beyond the limits that an FMU has for them.
 struct PySimulation {
   explicit PySimulation(const Mechanism& m)
       : mechanism((validate(m.multibody), m)),
         system(mechanism.multibody),
-        solver(system),
-        integrator(make_integrator(system, mechanism.integrator)),
-        state(integrator->make_state()),
+        solver(system, plans),
+        integrator(system, mechanism.integrator, plans),
+        state(integrator.make_state()),
         input(system.input_size()) {
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     start();
     count_turns(mechanism.multibody, system, state.turned);
   }
   void start() {
-    if (!integrator->initialize(state, input)) throw std::runtime_error("no consistent accelerations");
+    if (!integrator.initialize(state, input)) throw std::runtime_error("no consistent accelerations");
   }
   // `steps` internal steps of h.
   void advance(double h, int steps) {
     for (int i = 0; i < steps; ++i) {
       StepFailure failure;
-      if (!integrator->step(state, h, input, failure)) {
+      if (!integrator.step(state, h, input, failure)) {
         throw std::runtime_error("step failed at t = " + std::to_string(failure.time));
       }
     }
@@ -50,6 +50,7 @@ struct PySimulation {
   }
   // Positions, velocities and multipliers after each of `steps` steps: arrays (steps + 1) x size.
   nb::tuple trajectory(double t_end, int steps) {
+    if (steps < 0) throw std::invalid_argument("steps is " + std::to_string(steps) + "; it must not be negative");
     using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Rows q(steps + 1, state.q.size()), v(steps + 1, state.v.size()), lambda(steps + 1, state.lambda.size());
     VectorXd t(steps + 1);
@@ -75,13 +76,14 @@ struct PySimulation {
         !solver.accelerations(state.q, state.v, after, vdot_after, lambda)) {
       throw std::runtime_error("no consistent accelerations");
     }
-    integrator->shift_accelerations(state, vdot_after - vdot_before);
+    integrator.shift_accelerations(state, vdot_after - vdot_before);
   }
 
   Mechanism mechanism;
   System system;
+  KktPlans plans;
   ConsistentSolver solver;
-  std::unique_ptr<Integrator> integrator;
+  Integrator integrator;
   State state;
   InputSignal input;
 };

@@ -174,7 +174,8 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("velocity_size", [](const PySystem& s) { return s.system.velocity_size(); })
       .def_prop_ro("constraint_size", [](const PySystem& s) { return s.system.constraint_size(); })
       .def_prop_ro("input_size", [](const PySystem& s) { return s.system.input_size(); })
-      .def("motor_index", [](const PySystem& s, int joint) {
+      .def("motor_index",
+           [](const PySystem& s, int joint) {
              const int c = s.coordinate_of(joint);
              return c < 0 ? -1 : s.system.motor_index(c);
            })

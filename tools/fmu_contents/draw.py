@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from solids import Scene, arrow, ball, box, cylinder, spring, tube, turned, turning_arrow
 
-from sigmafmu.reference import read_reference
+from sigmafmu.compare import read_reference
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "models" / "images"

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from research.reference import GROUPS, group_of
+from sigmafmu.compare import read_reference
 from sigmafmu.fmu import Fmu
-from sigmafmu.reference import GROUPS, group_of, read_reference
 from sigmafmu.simulate import simulate
 
 ROOT = Path(__file__).resolve().parents[2]

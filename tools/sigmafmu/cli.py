@@ -2,40 +2,21 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.markup import escape
-from typer.core import TyperGroup
 
 import sigmafmu
-from sigmafmu import SigmafmuError, extras
-from sigmafmu.console import agreed, err, out, progress_bar, show_message, split_setting
+from sigmafmu import SigmafmuError
+from sigmafmu.console import OneLineErrors, agreed, err, out, progress_bar, show_message, split_setting, write_text
 from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
-from sigmafmu.study.cli import register as register_study
 
-
-class _OneLineErrors(TyperGroup):
-    """Turns an error that is meant for the user, and a package that is not installed, into one line and exit code 1."""
-
-    def invoke(self, ctx: typer.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except SigmafmuError as error:
-            sentence, cause = str(error), error
-        except ModuleNotFoundError as error:
-            sentence, cause = extras.missing(error.name or "", ctx.invoked_subcommand or ""), error
-            if not sentence:
-                raise
-        err.print(f"[red]Error:[/red] {escape(sentence)}", soft_wrap=True)
-        raise typer.Exit(1) from cause
-
-
-app = typer.Typer(cls=_OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
+app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
 
 PLOTTED_ROWS = 20_000
 """A figure shows no more; a longer run is written row by row and thinned out for the figure."""
@@ -169,38 +150,6 @@ def demo(
         out.print(f"wrote {file}", soft_wrap=True)
 
 
-@app.command(epilog="Example: sigmafmu bench --rounds 10 --output docs/speed.md")
-def bench(
-    rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
-    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
-) -> None:
-    """Time an internal step of every mechanism beside Exudyn's (needs the extra `reference`)."""
-    from sigmafmu import bench as benchmark
-
-    total = benchmark.runs(rounds)
-    with progress_bar(err, "bench", total, unit="runs") as move_to:
-        done = iter(range(1, total + 1))
-        results = benchmark.run(rounds, lambda: move_to(next(done)))
-    out.print(benchmark.machine(), soft_wrap=True)
-    for case, candidates in results:
-        out.print(benchmark.table(case, candidates))
-    if output:
-        _write_text(output, benchmark.page(results))
-
-
-@app.command(epilog="Example: sigmafmu measure --output docs/accuracy.md")
-def measure(
-    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("accuracy.md"),
-) -> None:
-    """Measure orders, errors and energy of all mechanisms (needs the extra `reference`, takes minutes)."""
-    from sigmafmu import measure as measurements
-
-    with progress_bar(err, "measure", measurements.runs(), unit="runs") as move_to:
-        done = iter(range(1, measurements.runs() + 1))
-        text = "".join(measurements.page(lambda: move_to(next(done))))
-    _write_text(output, text)
-
-
 @app.command(epilog="Example: sigmafmu realtime HeavyTop --rate 1000 --duration 10 --plot latency.png")
 def realtime(
     model: ModelName,
@@ -245,22 +194,13 @@ def compat(
     for note in compatibility.notes(columns):
         out.print(note, soft_wrap=True)
     if output:
-        _write_text(output, compatibility.page(models, columns))
-
-
-def _write_text(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
-    out.print(f"wrote {path}", soft_wrap=True)
+        write_text(output, compatibility.page(models, columns))
 
 
 register_linear(app)
 register_loop(app)
 register_coupling(app)
 register_modes(app)
-register_study(app)
 register_sigma(app)
 
 if __name__ == "__main__":

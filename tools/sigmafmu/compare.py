@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from sigmafmu import SigmafmuError
-from sigmafmu.reference import History, read_reference
 from sigmafmu.result import Result
 from sigmafmu.variables import split_element
 
 REFERENCES = Path(__file__).parent / "references"
 """The reference files that the package was installed with."""
+
+History = dict[str, np.ndarray]
+"""Column name → samples; `history["time"]` holds the sample times in s."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,27 @@ def find_reference(model: str) -> Reference | None:
     """The installed reference solution of `model` with its default parameters, if there is one."""
     path = REFERENCES / f"{model}.csv"
     return Reference(*read_reference(path)) if path.is_file() else None
+
+
+def read_reference(path: str | Path) -> tuple[dict[str, str], History]:
+    """Read a reference file: (header, history).
+
+    The header holds the `# key: value` lines at the top of the file, the history one array per column.
+    """
+    header: dict[str, str] = {}
+    with Path(path).open(encoding="utf-8") as lines:
+        for line in lines:
+            if not line.startswith("#"):
+                names = line.strip().split(",")
+                break
+            key, _, value = line[1:].partition(":")
+            header[key.strip()] = value.strip()
+        else:
+            raise ValueError(f"{path}: no table after the header")
+        table = np.loadtxt(lines, delimiter=",", ndmin=2)
+    if table.shape[1] != len(names):
+        raise ValueError(f"{path}: {len(names)} column names for {table.shape[1]} columns")
+    return header, dict(zip(names, table.T, strict=True))
 
 
 def distance(result: Result, history: History, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from sigmafmu.masters.fmpy import FmpyMaster
 
 H = 2.0**-9  # s
 STEPS = 64
-PARAMETERS = {"integrator.spectralRadius": 0.8, "gravity[1]": 0.5}
+PARAMETERS = {"integrator.spectralRadius": 0.8, "gravity[2]": 0.5}
 """Two Real parameters that every mechanism has, with other values than their start values."""
 
 NOTE_MARKS = "¹²³⁴⁵"

@@ -1,15 +1,19 @@
-"""What the commands share: consoles, the progress bar and the option --set."""
+"""What commands share: consoles, the progress bar, errors in one line, files of text and the option --set."""
 
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from typer.core import TyperGroup
 
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, extras
 from sigmafmu.fmu import LogMessage
 
 PLAIN_WIDTH = 120
@@ -59,6 +63,23 @@ out = _console()
 err = _console(stderr=True)
 
 
+class OneLineErrors(TyperGroup):
+    """Turns an error that is meant for the user, and a package that is not installed, into one line and exit code 1."""
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        """Call the command."""
+        try:
+            return super().invoke(ctx)
+        except SigmafmuError as error:
+            sentence, cause = str(error), error
+        except ModuleNotFoundError as error:
+            sentence, cause = extras.missing(error.name or "", ctx.invoked_subcommand or ""), error
+            if not sentence:
+                raise
+        err.print(f"[red]Error:[/red] {escape(sentence)}", soft_wrap=True)
+        raise typer.Exit(1) from cause
+
+
 def show_message(message: LogMessage) -> None:
     """Print what an FMU reports while it runs; its complaints come with the error that ends the run."""
     if not message.is_complaint:
@@ -68,6 +89,15 @@ def show_message(message: LogMessage) -> None:
 def agreed(what: str, yes: bool) -> bool:
     """Whether to go on: with --yes always, else if a user at the terminal says so."""
     return yes or (sys.stdin.isatty() and typer.confirm(f"{what}; go on?", err=True))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file and say so."""
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
+    out.print(f"wrote {path}", soft_wrap=True)
 
 
 def split_setting(text: str) -> tuple[str, str]:

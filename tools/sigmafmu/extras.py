@@ -1,9 +1,9 @@
 """What to install when a command needs a package that is not there."""
 
-EXTRAS = {"exudyn": "reference", "scipy": "reference", "mpmath": "reference", "pythonfmu": "loop", "lxml": "loop"}
+EXTRAS = {"scipy": "loop", "pythonfmu": "loop", "lxml": "loop"}
 """Package → extra that brings it."""
-EXTRA_OF_COMMAND = {"modes": "modes", "ssp": "loop"}
-"""Commands for which a smaller extra is enough."""
+EXTRA_OF_COMMAND = {"modes": "modes"}
+"""Commands that have an extra of their own."""
 
 
 def missing(package: str, command: str = "") -> str:

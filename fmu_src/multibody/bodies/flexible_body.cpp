@@ -11,36 +11,21 @@ using Eigen::Map;
 using lie::hat;
 
 FlexibleBody::FlexibleBody(const ModalDef& d)
-    : nodes_(d.nodes.transpose()), shapes_(d.shapes), rotations_(d.rotations) {
-  const int n = d.node_count(), f = d.mode_count();
-  if (rotations_.size() == 0) rotations_.setZero(3 * n, f);
-  MatrixXd U(n, 3 * (f + 1));  // U_0, U_1, ... side by side
-  U.leftCols<3>() = d.nodes;
-  for (int a = 0; a < f; ++a) {
-    for (int i = 0; i < n; ++i) U.block<1, 3>(i, 3 * a + 3) = shapes_.block<3, 1>(3 * i, a).transpose();
-  }
-  const bool lumped = d.mass_matrix.size() == 0;
-  const MatrixXd MU = lumped ? MatrixXd(d.masses.asDiagonal() * U) : product(d.mass_matrix, U);
-  mass_ = lumped ? d.masses.sum() : d.mass_matrix.sum();
-  S_ = Map<const Matrix3Xd>(VectorXd(MU.colwise().sum()).data(), 3, f + 1);
-  G_.resize(9 * (f + 1), f + 1);
-  for (int b = 0; b <= f; ++b) {
-    Map<Matrix3Xd>(G_.col(b).data(), 3, 3 * (f + 1)) = transposed_product(U.middleCols<3>(3 * b), MU);
-  }
-  modal_mass_.resize(f, f);
-  for (int a = 0; a < f; ++a) {
-    for (int b = 0; b < f; ++b) modal_mass_(a, b) = 0.5 * (G(a + 1, b + 1).trace() + G(b + 1, a + 1).trace());
-  }
+    : nodes_(d.nodes.transpose()), shapes_(d.shapes), rotations_(d.rotations), stiffness_(d.stiffness) {
+  ModalConstants c = modal_constants(d);
+  const MatrixXd M = undeformed_mass_matrix(c);
+  mass_ = c.mass;
+  S_ = std::move(c.S), G_ = std::move(c.G), modal_mass_ = std::move(c.modal_mass);
+  if (rotations_.size() == 0) rotations_.setZero(3 * nodes(), modes());
+  set_values(d);
+  if (modes() == 0) return;  // what is left of M_ff when the frame moves freely
+  const MatrixXd free = schur_complement(M.topLeftCorner<6, 6>(), M.bottomLeftCorner(modes(), 6), modal_mass_);
+  highest_frequency_ = std::sqrt(std::max(0.0, largest_eigenvalue(stiffness_, free)));
 }
 
 void FlexibleBody::set_values(const ModalDef& d) {
-  stiffness_ = d.stiffness;
   damping_ = d.mass_damping * modal_mass_ + d.stiffness_damping * stiffness_;
   if (d.damping.size() > 0) damping_ += d.damping;
-  if (modes() == 0) return;
-  const MatrixXd M = undeformed_mass_matrix();  // what is left of M_ff when the frame moves freely
-  const MatrixXd free = schur_complement(M.topLeftCorner<6, 6>(), M.bottomLeftCorner(modes(), 6), modal_mass_);
-  highest_frequency_ = std::sqrt(std::max(0.0, largest_eigenvalue(stiffness_, free)));
 }
 
 FlexibleEvaluation FlexibleBody::make_evaluation() const {
@@ -50,15 +35,6 @@ FlexibleEvaluation FlexibleBody::make_evaluation() const {
   for (Matrix3Xd* x : {&e.G_z, &e.G_y, &e.G_x}) x->setZero(3, 3 * (f + 1));
   e.M_modal.setZero(6, f);
   return e;
-}
-
-MatrixXd FlexibleBody::undeformed_mass_matrix() const {
-  FlexibleEvaluation e = make_evaluation();
-  const VectorXd zero = VectorXd::Zero(modes());
-  evaluate(FrameKinematics{}, zero.data(), zero.data(), e);
-  MatrixXd M(6 + modes(), 6 + modes());
-  M << e.M, e.M_modal, e.M_modal.transpose(), modal_mass_;
-  return M;
 }
 
 void FlexibleBody::evaluate(const FrameKinematics& k, const double* zeta, const double* zetadot,

@@ -29,12 +29,10 @@
 //   [ S_f^T R^T      H^T          M_ff  ],   (M_ff)_ab = tr(G_ab).
 #pragma once
 
-#include "model/definition.h"
+#include "model/modal_constants.h"
 #include "multibody/pattern.h"
 
 namespace sigmafmu {
-
-using Eigen::Matrix3Xd;
 
 // At (q, v); rows of M belong to (v, w).
 struct FlexibleEvaluation {
@@ -48,9 +46,9 @@ struct FlexibleEvaluation {
 
 class FlexibleBody {
  public:
-  // Inertia alone; stiffness and damping come with set_values.
+  // The mass matrix must be positive definite.
   explicit FlexibleBody(const ModalDef& definition);
-  // Takes over stiffness and damping; the mass matrix must be positive definite.
+  // Takes over what may be tuned, the damping; cheap and without allocation.
   void set_values(const ModalDef& definition);
 
   int modes() const { return static_cast<int>(modal_mass_.rows()); }
@@ -61,8 +59,6 @@ class FlexibleBody {
   const MatrixXd& damping() const { return damping_; }  // Rayleigh's share included
   // Highest angular frequency of the free body, undeformed and at rest [rad/s].
   double highest_frequency() const { return highest_frequency_; }
-  // The mass matrix of the undeformed body with R = I, (6 + f) x (6 + f).
-  MatrixXd undeformed_mass_matrix() const;
 
   auto shape(int node) const { return shapes_.middleRows<3>(3 * node); }        // Phi_i, 3 x f
   auto rotation(int node) const { return rotations_.middleRows<3>(3 * node); }  // Psi_i, 3 x f
@@ -94,8 +90,6 @@ class FlexibleBody {
   double potential_energy(const FrameKinematics& k, const FlexibleEvaluation& e, const Vector3d& g) const;
 
  private:
-  Matrix3d G(int b, int a) const { return Eigen::Map<const Matrix3d>(G_.col(b).data() + 9 * a); }  // G_ba
-
   double mass_ = 0;
   Matrix3Xd nodes_;              // X
   MatrixXd shapes_, rotations_;  // Phi, Psi

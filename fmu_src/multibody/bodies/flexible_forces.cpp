@@ -32,8 +32,8 @@ void FlexibleBody::add_residual(const FrameKinematics& k, const FlexibleEvaluati
 
 // Motions: delta x in W, delta R = R hat(phi), delta zeta; delta b = hat(b) phi and with t the bracket of the first
 // row, delta(R t) = -R hat(t) phi. delta P = hat(delta w) hat(w) + hat(w) hat(delta w).
-void FlexibleBody::linearize(const FrameKinematics& k, FlexibleEvaluation& e, const double* vdot, const double* zetaddot,
-                             const Vector3d& g, Blocks C, Blocks K) const {
+void FlexibleBody::linearize(const FrameKinematics& k, FlexibleEvaluation& e, const double* vdot,
+                             const double* zetaddot, const Vector3d& g, Blocks C, Blocks K) const {
   const int f = modes();
   const Matrix3d& R = k.R_WB;
   const Map<const Vector3d> xddot(vdot), wdot(vdot + 3);

@@ -6,12 +6,9 @@
 
 namespace sigmafmu {
 
-// The inertia matrix J [kg m^2] of a definition.
-Matrix3d inertia_matrix(const RigidBodyDef& definition);
-
 struct RigidBody {
-  double mass;
-  Matrix3d J;
+  double mass = 0.0;
+  Matrix3d J = Matrix3d::Zero();
 
   // M vdot + (0, w x J w).
   Vector6d inertial_force(const FrameKinematics& k, const Vector6d& vdot) const;

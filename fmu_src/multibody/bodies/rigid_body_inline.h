@@ -7,14 +7,6 @@
 
 namespace sigmafmu {
 
-inline Matrix3d inertia_matrix(const RigidBodyDef& d) {
-  Matrix3d J = d.inertia.asDiagonal();
-  J(0, 1) = J(1, 0) = d.inertia_products[0];
-  J(0, 2) = J(2, 0) = d.inertia_products[1];
-  J(1, 2) = J(2, 1) = d.inertia_products[2];
-  return J;
-}
-
 inline Vector6d RigidBody::inertial_force(const FrameKinematics& k, const Vector6d& vdot) const {
   Vector6d r;
   r.head<3>() = mass * vdot.head<3>();

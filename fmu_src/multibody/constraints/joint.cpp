@@ -123,7 +123,8 @@ bool Joint::axes_agree(const Kinematics& k) const {
 Joint::Reaction Joint::reaction(const FrameKinematics& k2, const ConstRows& B2, const double* lambda) const {
   const Eigen::Map<const Eigen::VectorXd> multipliers(lambda, equations_);
   const Vector3d force = -B2.leftCols<3>().transpose().lazyProduct(multipliers);
-  const Vector3d moment = -(k2.R_WB * B2.rightCols<3>().transpose().lazyProduct(multipliers));  // about the frame's origin, in W
+  const Vector3d moment =
+      -(k2.R_WB * B2.rightCols<3>().transpose().lazyProduct(multipliers));  // about the frame's origin, in W
   return {force, moment - (k2.R_WB * frame2_.origin).cross(force)};
 }
 

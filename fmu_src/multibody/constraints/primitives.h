@@ -24,7 +24,8 @@ struct PointCoincidence {
   void rate_1(const FrameKinematics& b1, int row, Rows Z1) const;
   void rate_2(const FrameKinematics& b2, int row, Rows Z2) const;
   // K_22 = [0 0; 0 hat(s_2) hat(R_2^T lambda)], K_11 the same with the opposite sign; lambda in W.
-  void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& lambda, const FramePairs& K) const;
+  void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& lambda,
+                 const FramePairs& K) const;
 };
 
 // Phi = n . (x_2 + R_2 s_2 - x_1 - R_1 s_1), n = R_1 n_1: distance along an axis of body 1 (1 row).

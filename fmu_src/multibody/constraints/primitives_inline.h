@@ -57,8 +57,7 @@ inline void AxialDistance::gradient(const FrameKinematics& b1, const FrameKinema
   B2.block<1, 3>(row, 3) = s2.cross(b2.R_WB.transpose() * n).transpose();
 }
 
-inline void AxialDistance::rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1,
-                                Rows Z2) const {
+inline void AxialDistance::rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const {
   const Vector3d n = b1.R_WB * n1;
   const Vector3d ndot_1 = b1.w_WB_B.cross(n1);
   const Vector3d ndot = b1.R_WB * ndot_1;
@@ -79,8 +78,7 @@ inline void AxialDistance::stiffness(const FrameKinematics& b1, const FrameKinem
     K(0, 0).bottomRightCorner<3, 3>() += lambda * (lie::hat(n1) * lie::hat(seen_from_1(b1, b2)));
   }
   if (K.has(1, 1)) {
-    K(1, 1).bottomRightCorner<3, 3>() +=
-        lambda * (lie::hat(s2) * lie::hat(b2.R_WB.transpose() * (b1.R_WB * n1)));
+    K(1, 1).bottomRightCorner<3, 3>() += lambda * (lie::hat(s2) * lie::hat(b2.R_WB.transpose() * (b1.R_WB * n1)));
   }
   if (K.has(0, 1)) {
     const Matrix3d cross = lie::hat(s2) * (b2.R_WB.transpose() * turn);  // -K_21 rotation block

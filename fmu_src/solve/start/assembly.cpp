@@ -188,11 +188,11 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
   return "Initial values gave way to those that were set: " + text.str() + ".";
 }
 
-void find_joint_values(MultibodyDef& definition) {
+void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   const auto& joints = definition.joints;
   if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.has_coordinate(); })) return;
   const System system(definition);
-  ConsistentSolver solver(system);
+  ConsistentSolver solver(system, plans);
   VectorXd q(system.position_size()), v(system.velocity_size());
   assemble(definition, system, solver, q, v);
   Evaluation e = system.make_evaluation();

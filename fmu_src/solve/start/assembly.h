@@ -23,6 +23,6 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 
 // Gives joints the coordinates and rates that they start with when nothing is set, to 12 digits: those that another
 // machine computes as well.
-void find_joint_values(MultibodyDef& definition);
+void find_joint_values(MultibodyDef& definition, const KktPlans& plans = {});
 
 }  // namespace sigmafmu

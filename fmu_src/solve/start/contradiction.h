@@ -13,8 +13,8 @@ struct Claim {
 
 struct Contradiction {
   std::vector<int> claims;  // a smallest part of them: without any of these the others go together
-  int row;                  // the equation that misses most if all others hold ...
-  double gap;               // ... and by how much
+  int row = 0;              // the equation that misses most if all others hold ...
+  double gap = 0;           // ... and by how much
 };
 
 // r is what is left where the least can be left. Of the first `values` claims, if any, one at least is to blame.

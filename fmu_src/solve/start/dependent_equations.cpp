@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "lie/r3xso3.h"
 #include "model/dense.h"
-#include "multibody/dense_blocks.h"
 #include "solve/start/least_squares.h"
 #include "text/text.h"
 
@@ -21,22 +21,40 @@ constexpr double kTakesPart = 1e-5;  // smallest weight of an equation in a depe
 // Longest lever arm of the joints at each body [m].
 VectorXd lengths(const System& system, const Evaluation& e) {
   VectorXd length = VectorXd::Zero(system.body_count());
-  for (const auto& [constraint, unknown, offset] : system.pattern().incidences) {
-    if (!system.pattern().unknowns[unknown].pose) continue;
+  for (const auto& [constraint, body, offset] : system.pattern().incidences) {
+    if (!system.pattern().unknowns[body].pose) continue;
     const ConstRows B(e.B.data() + offset, system.constraint(constraint).equations(), 6);
     for (Eigen::Index row = 0; row < B.rows(); ++row) {
       const double displacement = B.row(row).head<3>().norm();
-      if (displacement > 0) length[unknown] = std::max(length[unknown], B.row(row).tail<3>().norm() / displacement);
+      if (displacement > 0) length[body] = std::max(length[body], B.row(row).tail<3>().norm() / displacement);
     }
   }
   return length;
 }
 
-// The joints' equations by motions, both scaled: B and phi by `row`, B by `column`, the motions per scaled one.
+// The mechanism at rest in a position.
+struct Place {
+  const System& system;
+  Evaluation e;
+  VectorXd lengths;
+
+  Place(const System& s, const VectorXd& q) : system(s), e(s.make_evaluation()) {
+    system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+    lengths = sigmafmu::lengths(system, e);
+  }
+};
+
+// Joints whose equations are looked at together, and the bodies that these place. Motions of a part are six for each
+// body, then those of modes, body after body.
+struct Part {
+  std::vector<int> joints, bodies;  // in ascending order
+};
+
+// The equations of a part by its motions, both scaled: B by `row` and `column`, the motions per scaled one.
 struct ScaledEquations {
   MatrixXd B;
-  VectorXd phi, row, column;
-  double length;  // the largest of a body [m]
+  VectorXd row, column;
+  double length = 1;  // the largest of a body [m]
 };
 
 // Rows and the columns of each body's translation and rotation get about the same size: what depends on each other
@@ -61,18 +79,65 @@ void equilibrate(int bodies, ScaledEquations& equations) {
   }
 }
 
-ScaledEquations scaled_equations(const System& system, const VectorXd& q, Evaluation& e) {
-  system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+// Calls use(first velocity of a body or of its modes, B) for each block of a joint's equations.
+template <typename Use>
+void for_gradients(const Place& at, int joint, Use use) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const BlockPattern& pattern = at.system.pattern();
+  const auto before = [](const BlockPattern::Incidence& i, int j) { return i.constraint < j; };  // joint by joint
+  auto i = std::lower_bound(pattern.incidences.begin(), pattern.incidences.end(), joint, before);
+  for (; i != pattern.incidences.end() && i->constraint == joint; ++i) {
+    const Unknown& unknown = pattern.unknowns[i->unknown];
+    use(unknown.velocity,
+        Eigen::Map<const RowMajor>(at.e.B.data() + i->offset, pattern.constraint_sizes[joint], unknown.size));
+  }
+}
+
+// Where the velocities of a part are among those of the system.
+std::vector<int> velocities(const System& system, const Part& part) {
+  std::vector<int> result;
+  const auto add = [&](int first, int count) {
+    for (int k = 0; k < count; ++k) result.push_back(first + k);
+  };
+  for (int body : part.bodies) add(6 * body, 6);
+  for (int body : part.bodies) {
+    if (system.modes(body) > 0) add(system.modal_velocity(system.flexible_index(body)), system.modes(body));
+  }
+  return result;
+}
+
+ScaledEquations scaled_equations(const Place& at, const Part& part) {
+  const System& system = at.system;
+  const std::vector<int> columns = velocities(system, part);  // ascending
+  Eigen::Index rows = 0;
+  for (int joint : part.joints) rows += system.joint(joint).equations();
   ScaledEquations s;
-  s.column.setOnes(system.velocity_size());
-  s.row.setOnes(system.constraint_size());
-  const double largest = lengths(system, e).maxCoeff();
-  s.length = largest > 0 ? largest : 1.0;
-  for (int i = 0; i < system.body_count(); ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
-  s.B = dense_rows(system, e.B) * s.column.asDiagonal();
-  if (s.B.allFinite()) equilibrate(system.body_count(), s);
-  s.phi = e.phi;
+  s.B.setZero(rows, static_cast<Eigen::Index>(columns.size()));
+  s.row.setOnes(s.B.rows());
+  s.column.setOnes(s.B.cols());
+  s.length = 0;
+  for (int body : part.bodies) s.length = std::max(s.length, at.lengths[body]);
+  if (s.length == 0) s.length = 1;
+  rows = 0;
+  for (int joint : part.joints) {
+    for_gradients(at, joint, [&](int velocity, const auto& B) {
+      const auto column = std::lower_bound(columns.begin(), columns.end(), velocity);
+      if (column == columns.end() || *column != velocity) return;
+      s.B.block(rows, column - columns.begin(), B.rows(), B.cols()) = B;
+    });
+    rows += system.joint(joint).equations();
+  }
+  const int bodies = static_cast<int>(part.bodies.size());
+  for (int i = 0; i < bodies; ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
+  s.B *= s.column.asDiagonal();
+  if (s.B.allFinite()) equilibrate(bodies, s);
   return s;
+}
+
+// Adds a motion of a part to one of the system.
+void add_motion(const System& system, const Part& part, const VectorXd& motion, VectorXd& all) {
+  const std::vector<int> places = velocities(system, part);
+  for (std::size_t k = 0; k < places.size(); ++k) all[places[k]] += motion[static_cast<Eigen::Index>(k)];
 }
 
 VectorXd displaced(const System& system, const VectorXd& q, const VectorXd& motion) {
@@ -93,19 +158,16 @@ double size_of(const System& system, const VectorXd& motion, double length) {
   return largest;
 }
 
-// Joints that `weights` of dependences tie together: the smallest of each group.
-std::vector<int> tied_joints(const System& system, const MatrixXd& weights) {
-  std::vector<int> joint_of, group(system.joint_count());
-  for (int j = 0; j < system.joint_count(); ++j) {
-    joint_of.insert(joint_of.end(), system.joint(j).equations(), j);
-    group[j] = j;
-  }
+// Joints that `weights` of dependences tie together: the first of each group. Both count in the part.
+std::vector<int> tied_joints(const std::vector<int>& joint_of_row, int joints, const MatrixXd& weights) {
+  std::vector<int> group(joints);
+  std::iota(group.begin(), group.end(), 0);
   for (Eigen::Index k = 0; k < weights.cols(); ++k) {
-    int smallest = system.joint_count();
+    int smallest = joints;
     std::vector<int> tied;
     for (Eigen::Index i = 0; i < weights.rows(); ++i) {
       if (std::abs(weights(i, k)) <= kTakesPart) continue;
-      tied.push_back(group[joint_of[i]]);
+      tied.push_back(group[joint_of_row[i]]);
       smallest = std::min(smallest, tied.back());
     }
     for (int& g : group) {
@@ -123,36 +185,17 @@ std::string list(const MultibodyDef& definition, const std::vector<int>& joints)
   return text;
 }
 
-// Whether equations that are dependent at q are so wherever its motions lead: moves along them a little.
-bool dependent_everywhere(const System& system, const VectorXd& q, int independent) {
-  constexpr double kDistance = 0.02;
-  Evaluation e = system.make_evaluation();
-  const ScaledEquations s = scaled_equations(system, q, e);
-  const LeastSquares equations(s.B, kDependent);
-  for (int trial = 0; trial < 4; ++trial) {
-    VectorXd motion(system.velocity_size());
-    for (Eigen::Index i = 0; i < motion.size(); ++i) {  // any direction without symmetry
-      motion[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
-    }
-    motion += equations.solve(product(s.B, motion));
-    motion = s.column.cwiseProduct(motion).eval();
-    const double size = size_of(system, motion, s.length);
-    if (!(size > kDependent)) return true;  // nothing moves
-    motion *= kDistance / size;
-    VectorXd near = displaced(system, q, motion);
-    if (reach_positions(system, near) && freedom(system, near).independent > independent) return false;
+Freedom freedom_of(const Place& at, const Part& part) {
+  const System& system = at.system;
+  const MatrixXd rows = scaled_equations(at, part).B;
+  const int joints = static_cast<int>(part.joints.size());
+  std::vector<int> joint_of_row;
+  for (int k = 0; k < joints; ++k) {
+    joint_of_row.insert(joint_of_row.end(), system.joint(part.joints[k]).equations(), k);
   }
-  return true;
-}
-
-}  // namespace
-
-Freedom freedom(const System& system, const VectorXd& q) {
   Freedom result;
-  result.velocities = system.velocity_size();
-  result.equations = system.constraint_size();
-  Evaluation e = system.make_evaluation();
-  const MatrixXd rows = scaled_equations(system, q, e).B;
+  result.velocities = static_cast<int>(rows.cols());
+  result.equations = static_cast<int>(rows.rows());
 
   // What each equation says beyond those before it; orthogonalized twice, which is enough.
   MatrixXd basis(result.velocities, std::min(result.velocities, result.equations));
@@ -181,24 +224,121 @@ Freedom freedom(const System& system, const VectorXd& q) {
     const VectorXd found = others.solve(rows.row(dependent[column]).transpose());
     for (int k = 0; k < result.independent; ++k) weights(independent[k], column) = found[k];
   }
-  std::vector<int> dependents(system.joint_count(), 0);
+  std::vector<int> dependents(joints, 0);
   for (std::size_t k = 0; k < dependent.size(); ++k) {
-    weights(dependent[k], k) = 1;
-    int j = 0;
-    while (j + 1 < system.joint_count() && system.lambda_index(j + 1) <= dependent[k]) ++j;
-    ++dependents[j];
+    weights(dependent[k], static_cast<Eigen::Index>(k)) = 1;
+    ++dependents[joint_of_row[dependent[k]]];
   }
-  const std::vector<int> group = tied_joints(system, weights);
-  for (int first = 0; first < system.joint_count(); ++first) {
+  const std::vector<int> group = tied_joints(joint_of_row, joints, weights);
+  for (int first = 0; first < joints; ++first) {
     Freedom::Group g;
-    for (int j = first; j < system.joint_count(); ++j) {
-      if (group[j] != first) continue;
-      g.joints.push_back(j);
-      g.equations += system.joint(j).equations();
-      g.dependent += dependents[j];
+    for (int k = first; k < joints; ++k) {
+      if (group[k] != first) continue;
+      g.joints.push_back(part.joints[k]);
+      g.equations += system.joint(part.joints[k]).equations();
+      g.dependent += dependents[k];
     }
     if (g.dependent > 0) result.groups.push_back(g);
   }
+  return result;
+}
+
+// Parts whose equations are independent of those of the others, in an order in which each places its bodies against
+// those of parts before it.
+//
+// Where a joint alone holds a body, whatever the other equations ask for can be had: it makes a part with this body,
+// unless its own equations depend on each other, and the rest goes on without both. What remains are the loops, one
+// part for all that are connected other than by the ground; bodies that nothing holds are in none.
+std::vector<Part> parts_of(const Place& at) {
+  const System& system = at.system;
+  std::vector<std::vector<int>> joints_at(system.body_count()), bodies_of(system.joint_count());
+  for (const auto& i : system.pattern().incidences) {
+    if (!system.pattern().unknowns[i.unknown].pose) continue;
+    joints_at[i.unknown].push_back(i.constraint);
+    bodies_of[i.constraint].push_back(i.unknown);
+  }
+  std::vector<std::size_t> left(system.body_count());  // joints at each body
+  std::vector<char> done(system.joint_count(), 0);
+  std::vector<int> held_by_one;
+  for (int i = system.body_count() - 1; i >= 0; --i) {
+    left[i] = joints_at[i].size();
+    if (left[i] == 1) held_by_one.push_back(i);
+  }
+  std::vector<Part> parts;
+  while (!held_by_one.empty()) {
+    const int body = held_by_one.back();
+    held_by_one.pop_back();
+    if (left[body] != 1) continue;
+    const int joint =
+        *std::find_if(joints_at[body].begin(), joints_at[body].end(), [&](int j) { return done[j] == 0; });
+    const Part part{{joint}, {body}};
+    if (!freedom_of(at, part).groups.empty()) continue;
+    parts.push_back(part);
+    done[joint] = 1;
+    for (int i : bodies_of[joint]) {
+      if (--left[i] == 1) held_by_one.push_back(i);
+    }
+  }
+  for (int first = 0; first < system.joint_count(); ++first) {
+    if (done[first] != 0) continue;
+    Part part{{first}, {}};
+    done[first] = 1;
+    for (std::size_t k = 0; k < part.joints.size(); ++k) {
+      for (int body : bodies_of[part.joints[k]]) {
+        if (left[body] == 0) continue;
+        left[body] = 0;
+        part.bodies.push_back(body);
+        for (int joint : joints_at[body]) {
+          if (done[joint] == 0) part.joints.push_back(joint);
+          done[joint] = 1;
+        }
+      }
+    }
+    std::sort(part.joints.begin(), part.joints.end());
+    std::sort(part.bodies.begin(), part.bodies.end());
+    parts.push_back(part);
+  }
+  std::reverse(parts.begin(), parts.end());
+  return parts;
+}
+
+// Whether equations of a part that are dependent at q are so wherever its motions lead: moves along them a little.
+bool dependent_everywhere(const System& system, const VectorXd& q, const Part& part, int independent) {
+  constexpr double kDistance = 0.02;
+  const ScaledEquations s = scaled_equations(Place(system, q), part);
+  const LeastSquares equations(s.B, kDependent);
+  for (int trial = 0; trial < 4; ++trial) {
+    VectorXd scaled(s.B.cols()), motion = VectorXd::Zero(system.velocity_size());
+    for (Eigen::Index i = 0; i < scaled.size(); ++i) {  // any direction without symmetry
+      scaled[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
+    }
+    scaled += equations.solve(product(s.B, scaled));
+    add_motion(system, part, s.column.cwiseProduct(scaled), motion);
+    const double size = size_of(system, motion, s.length);
+    if (!(size > kDependent)) return true;  // nothing moves
+    motion *= kDistance / size;
+    VectorXd near = displaced(system, q, motion);
+    if (reach_positions(system, near) && freedom_of(Place(system, near), part).independent > independent) return false;
+  }
+  return true;
+}
+
+void add(const Freedom& part, Freedom& all) {
+  all.independent += part.independent;
+  all.groups.insert(all.groups.end(), part.groups.begin(), part.groups.end());
+  all.margin = std::min(all.margin, part.margin);
+}
+
+}  // namespace
+
+Freedom freedom(const System& system, const VectorXd& q) {
+  Freedom result;
+  result.velocities = system.velocity_size();
+  result.equations = system.constraint_size();
+  const Place at(system, q);
+  for (const Part& part : parts_of(at)) add(freedom_of(at, part), result);
+  const auto earlier = [](const Freedom::Group& a, const Freedom::Group& b) { return a.joints[0] < b.joints[0]; };
+  std::sort(result.groups.begin(), result.groups.end(), earlier);
   return result;
 }
 
@@ -224,14 +364,29 @@ std::string summary(const Freedom& f) {
 bool reach_positions(const System& system, VectorXd& q) {
   constexpr int kMaxIterations = 100;
   constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1], [rad]
-  Evaluation e = system.make_evaluation();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const ScaledEquations s = scaled_equations(system, q, e);
-    if (!s.phi.allFinite()) return false;
-    const double residual = s.phi.size() > 0 ? s.phi.cwiseAbs().maxCoeff() : 0.0;
+    const Place at(system, q);
+    const double residual = system.position_residual(at.e);
+    if (!std::isfinite(residual)) return false;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;
-    VectorXd motion = s.column.cwiseProduct(LeastSquares(s.B, kDependent).solve(s.row.cwiseProduct(s.phi)));
-    const double size = size_of(system, motion, s.length);
+    VectorXd motion = VectorXd::Zero(system.velocity_size());
+    double length = 0;
+    for (const Part& part : parts_of(at)) {
+      const ScaledEquations s = scaled_equations(at, part);
+      VectorXd gaps(s.B.rows());
+      Eigen::Index row = 0;
+      for (int joint : part.joints) {  // after what the parts before it do to its bodies
+        VectorXd gap = at.e.phi.segment(system.lambda_index(joint), system.joint(joint).equations());
+        for_gradients(at, joint,
+                      [&](int velocity, const auto& B) { gap += B.lazyProduct(motion.segment(velocity, B.cols())); });
+        gaps.segment(row, gap.size()) = gap;
+        row += gap.size();
+      }
+      const VectorXd scaled = LeastSquares(s.B, kDependent).solve(s.row.cwiseProduct(gaps));
+      add_motion(system, part, s.column.cwiseProduct(scaled), motion);
+      length = std::max(length, s.length);
+    }
+    const double size = size_of(system, motion, length);
     if (size > kMaxMotion) motion *= kMaxMotion / size;
     q = displaced(system, q, motion);
   }
@@ -241,7 +396,12 @@ bool reach_positions(const System& system, VectorXd& q) {
 std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   const Freedom f = freedom(system, q);
   if (f.groups.empty()) return "";
-  const bool always = dependent_everywhere(system, q, f.independent);
+  const Place at(system, q);
+  bool always = true;
+  for (const Part& part : parts_of(at)) {
+    const Freedom of_part = freedom_of(at, part);
+    if (!of_part.groups.empty()) always = always && dependent_everywhere(system, q, part, of_part.independent);
+  }
   std::string text = always ? "Joint equations are dependent: " : "The position is singular: ";
   for (std::size_t k = 0; k < f.groups.size(); ++k) {
     const Freedom::Group& g = f.groups[k];
@@ -265,13 +425,11 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
 
 std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   if (const std::string text = describe_dependence(definition, system, q); !text.empty()) return text;
-  Evaluation e = system.make_evaluation();
-  system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
-  const VectorXd length = lengths(system, e).cwiseMax(1e-300);
+  const VectorXd length = Place(system, q).lengths.cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;
   for (const RigidBodyDef& body : definition.bodies) heaviest = std::max(heaviest, mass(body));
-  std::size_t lightest = 0;
-  for (std::size_t i = 0; i < definition.bodies.size(); ++i) {
+  int lightest = 0;
+  for (int i = 0; i < system.body_count(); ++i) {
     const RigidBodyDef& body = definition.bodies[i];
     const double inertia = body.modal ? INFINITY : body.inertia.minCoeff() / (length[i] * length[i]);
     const double measure = std::min(mass(body), inertia);

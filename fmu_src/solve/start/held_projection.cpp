@@ -101,13 +101,9 @@ void HeldProjection::impose(VectorXd& v) const {
   }
 }
 
-double HeldProjection::coordinate(int j) const {
-  return system_.coordinate_value(e_, system_.coordinate_index(j));
-}
+double HeldProjection::coordinate(int j) const { return system_.coordinate_value(e_, system_.coordinate_index(j)); }
 
-double HeldProjection::coordinate_rate(int j) const {
-  return system_.coordinate_rate(e_, system_.coordinate_index(j));
-}
+double HeldProjection::coordinate_rate(int j) const { return system_.coordinate_rate(e_, system_.coordinate_index(j)); }
 
 // What the joints' equations and the coordinates, the part s of their ways, miss at q.
 VectorXd HeldProjection::gaps(const VectorXd& q, const Coordinates& coordinates, double s) {
@@ -192,7 +188,7 @@ VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const 
   }
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
     if (definition_.joints[coordinates[i].joint].type == JointType::prismatic)
-      result[system_.constraint_size() + i] = 1;
+      result[system_.constraint_size() + static_cast<Eigen::Index>(i)] = 1;
   }
   return result;
 }

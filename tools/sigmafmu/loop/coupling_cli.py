@@ -40,7 +40,7 @@ def couple(
     output: Page = None,
     plot: Plot = None,
 ) -> None:
-    """Tie two heavy tops by a stiff spring, with masters that iterate and that do not (needs the extra `reference`)."""
+    """Tie two heavy tops by a stiff spring, with masters that iterate and that do not (needs the extra `loop`)."""
     from sigmafmu.loop import studies
 
     stiffnesses, sizes = stiffnesses or studies.STIFFNESSES, sizes or studies.SPRING_STEPS
@@ -54,7 +54,7 @@ def couple(
 
 
 def sampling(sizes: Sizes = None, output: Page = None, plot: Plot = None) -> None:
-    """Control the slider-crank by a sampled law, with masters that iterate and that do not (needs `reference`)."""
+    """Control the slider-crank by a sampled law, with masters that iterate and that do not (needs `loop`)."""
     from sigmafmu.loop import studies
 
     sizes = sizes or studies.SAMPLING_STEPS

@@ -5,7 +5,7 @@ called at the communication points. As H goes to zero it becomes the continuous 
 
     τ = kp (r − ω) + I,   İ = ki (r − ω),                                                                   (1)
 
-and `monolithic` solves plant and (1) as one ODE in minimal coordinates.
+and `monolithic` solves plant and (1) as one ODE in the crank's angle.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,8 +21,7 @@ from sigmafmu.fmu import Fmu
 from sigmafmu.loop.controllers.speed_pi import SpeedPI
 from sigmafmu.loop.energy import Bond
 from sigmafmu.loop.gauss_seidel import Subsystem, subsystem
-from sigmafmu.reference import CRANK
-from sigmafmu.reference.minimal_coordinates import SliderCrank
+from sigmafmu.simulate import started
 
 GAINS = {"proportionalGain": 0.5, "integralGain": 5.0}  # N m s/rad, N m/rad
 SET_POINT = 12.0  # rad/s, twice the speed at the start
@@ -119,16 +118,33 @@ class Recorder:
         self._energy, self._demand = energy, loop.demand
 
 
+def energies(fmu: Fmu, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The plant's M [kg m2] in its kinetic energy M ω²/2 and its potential V [J] at these angles of the crank [rad]."""
+    initial = fmu.references(["crankPivot.initialAngle", "crankPivot.initialAngularRate"])
+    outputs = fmu.references(["energy.kinetic", "energy.potential"])
+    found = []
+    with started(fmu, {}) as slave:
+        for angle in angles:
+            slave.reset()
+            slave.setupExperiment()
+            slave.setReal(initial, [angle, 1.0])
+            slave.enterInitializationMode()
+            slave.exitInitializationMode()
+            found.append(slave.getReal(outputs))
+    kinetic, potential = np.array(found).T
+    return 2 * kinetic, potential
+
+
 @lru_cache(maxsize=8)
 def monolithic(stop_time: float, nodes: int = 256) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
     """Rate [rad/s], torque [N m] and energy [J] of plant and (1) as one ODE, for times up to `stop_time` [s].
 
     With the kinetic energy M(θ) θ̇²/2 and the potential V(θ), Lagrange's equation is M θ̈ + M′ θ̇²/2 + V′ = τ. M and V
-    are smooth and 2π-periodic; their Fourier series have converged to rounding with a few hundred nodes.
+    come from the FMU, started in as many positions as there are nodes. They are smooth and 2π-periodic; their Fourier
+    series have converged to rounding with a few hundred nodes.
     """
-    theta = 2 * np.pi * np.arange(nodes) / nodes
-    potential = SliderCrank(theta).energy(np.zeros(nodes))
-    mass = 2 * (SliderCrank(theta).energy(np.ones(nodes)) - potential)
+    fmu = Fmu.of_model("SliderCrank")
+    mass, potential = energies(fmu, 2 * np.pi * np.arange(nodes) / nodes)
     n = np.arange(nodes // 2 + 1)
     m, v = (np.fft.rfft(f) / nodes * np.where(n == 0, 1, 2) for f in (mass, potential))
     if max(np.abs(m[-4:]).max() / mass.max(), np.abs(v[-4:]).max() / np.ptp(potential)) > 1e-14:
@@ -144,13 +160,14 @@ def monolithic(stop_time: float, nodes: int = 256) -> Callable[[np.ndarray], dic
         torque = law(rate, integral) - mass_slope * rate**2 / 2 - potential_slope
         return [rate, torque / mass, GAINS["integralGain"] * (SET_POINT - rate)]
 
-    start = [0.0, CRANK.angular_velocity[0], 0.0]
+    start = [0.0, float(fmu.variables["crank.initialAngularVelocity[1]"].start), 0.0]
     solution = solve_ivp(rhs, (0.0, stop_time), start, method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
     if not solution.success:
         raise RuntimeError(f"DOP853 stopped at t = {solution.t[-1]} s: {solution.message}")
 
     def at(times: np.ndarray) -> dict[str, np.ndarray]:
         theta, rate, integral = solution.sol(times)
-        return {"rate": rate, "torque": law(rate, integral), "energy": SliderCrank(theta).energy(rate)}
+        mass, potential = (np.array([m, v]) @ np.exp(1j * np.outer(n, theta))).real
+        return {"rate": rate, "torque": law(rate, integral), "energy": mass * rate**2 / 2 + potential}
 
     return at

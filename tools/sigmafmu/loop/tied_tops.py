@@ -7,7 +7,7 @@ and the spring is relaxed when both tops point the same way; with positions from
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -16,9 +16,8 @@ from scipy.integrate import solve_ivp
 
 from sigmafmu.fmu import Fmu
 from sigmafmu.loop.gauss_seidel import Subsystem, subsystem
-from sigmafmu.reference import GRAVITY, TOP, TOP_PIVOT
+from sigmafmu.variables import vector_elements
 
-SPIN = {"A": TOP.angular_velocity, "B": (0.0, 0.0, TOP.angular_velocity[2])}  # rad/s in B, at t = 0
 OUTPUTS = ("top.position", "top.velocity", "energy.total")
 
 
@@ -75,10 +74,11 @@ def tied_tops(fmu: Fmu, spring: Spring, h: float) -> Iterator[TiedTops]:
     """Both tops at t = 0, with internal steps of at most h [s]."""
     settings = {"integrator.stepSize": h, "integrator.relativeTolerance": 1e-12, "integrator.absoluteTolerance": 1e-12}
 
-    def top(name: str) -> Subsystem:
-        return subsystem(fmu, settings | {"top.initialAngularVelocity": SPIN[name]}, ["top.force"], OUTPUTS)
+    def top(spin: np.ndarray) -> AbstractContextManager[Subsystem]:
+        return subsystem(fmu, settings | {"top.initialAngularVelocity": spin.tolist()}, ["top.force"], OUTPUTS)
 
-    with top("A") as a, top("B") as b:
+    spin_of_a, spin_of_b = _spins(fmu)
+    with top(spin_of_a) as a, top(spin_of_b) as b:
         yield TiedTops((a, b), spring)
 
 
@@ -106,10 +106,12 @@ def monolithic(spring: Spring, stop_time: float) -> Callable[[np.ndarray], np.nd
     """Positions of A and B, (times, 6) m, as a function of times up to `stop_time` [s].
 
     One ODE in minimal coordinates, Euler's equations about both pivots with the spring between them:
-    J_P ω̇ + ω × J_P ω = d × Rᵀ (m g ± f), ṗ = ½ p ∘ (0, ω), as in `sigmafmu.reference.minimal_coordinates`.
+    J_P ω̇ + ω × J_P ω = d × Rᵀ (m g ± f), ṗ = ½ p ∘ (0, ω). The data are the FMU's, which starts with R = I.
     """
-    d = -TOP_PIVOT
-    inertia = np.diag(TOP.inertia) + TOP.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    fmu = Fmu.of_model("HeavyTop")
+    mass, gravity, d = _number(fmu, "top.mass"), _vector(fmu, "gravity"), _vector(fmu, "top.initialPosition")
+    inertia = np.diag([_number(fmu, f"top.inertia.{axis}") for axis in ("xx", "yy", "zz")])
+    inertia += mass * (d @ d * np.eye(3) - np.outer(d, d))
     arm = _tilde(d)
 
     def kinematics(y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -120,7 +122,7 @@ def monolithic(spring: Spring, stop_time: float) -> Callable[[np.ndarray], np.nd
 
     def rates(y: np.ndarray, rotation: np.ndarray, force: np.ndarray) -> np.ndarray:
         p, omega = y[:4], y[4:]
-        torque = arm @ (rotation.T @ (TOP.mass * GRAVITY + force)) - _tilde(omega) @ (inertia @ omega)
+        torque = arm @ (rotation.T @ (mass * gravity + force)) - _tilde(omega) @ (inertia @ omega)
         spin = p[0] * omega + _tilde(p[1:]) @ omega
         return np.concatenate([[-0.5 * p[1:] @ omega], 0.5 * spin, np.linalg.solve(inertia, torque)])
 
@@ -129,13 +131,27 @@ def monolithic(spring: Spring, stop_time: float) -> Callable[[np.ndarray], np.nd
         force = spring.force(xa - xb, va - vb)
         return np.concatenate([rates(y[:7], ra, force), rates(y[7:], rb, -force)])
 
-    start = np.concatenate([(1.0, 0.0, 0.0, 0.0, *SPIN[name]) for name in "AB"])
+    start = np.concatenate([(1.0, 0.0, 0.0, 0.0, *spin) for spin in _spins(fmu)])
     solution = solve_ivp(rhs, (0.0, stop_time), start, method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
     if not solution.success:
         raise RuntimeError(f"DOP853 stopped at t = {solution.t[-1]} s: {solution.message}")
     return lambda times: np.array(
         [np.concatenate([kinematics(y[:7])[1], kinematics(y[7:])[1]]) for y in solution.sol(times).T]
     )
+
+
+def _number(fmu: Fmu, name: str) -> float:
+    return float(fmu.variables[name].start)
+
+
+def _vector(fmu: Fmu, name: str) -> np.ndarray:
+    return np.array([_number(fmu, element) for element in vector_elements(fmu, name)])
+
+
+def _spins(fmu: Fmu) -> tuple[np.ndarray, np.ndarray]:
+    """Angular velocities [rad/s] of A and B at t = 0, in body axes; y is the top's own."""
+    omega = _vector(fmu, "top.initialAngularVelocity")
+    return omega, omega * [0.0, 0.0, 1.0]
 
 
 def _tilde(v: np.ndarray) -> np.ndarray:

@@ -1,0 +1,84 @@
+#include "model/definition.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/mechanism.h"
+
+namespace sigmafmu {
+
+Matrix3d axes_with_z(const Vector3d& z) {
+  const Vector3d e3 = z.normalized();
+  Vector3d::Index smallest;
+  e3.cwiseAbs().minCoeff(&smallest);
+  Matrix3d axes;
+  axes.col(0) = Vector3d::Unit(smallest).cross(e3).normalized();
+  axes.col(1) = e3.cross(axes.col(0));
+  axes.col(2) = e3;
+  return axes;
+}
+
+ModalDef modal_file(std::string name, int modes) {
+  ModalDef modal;
+  modal.file = std::move(name);
+  modal.modes = modes;
+  return modal;
+}
+
+double mass(const RigidBodyDef& body) {
+  if (!body.modal) return body.mass;
+  return body.modal->mass_matrix.size() > 0 ? body.modal->mass_matrix.sum() : body.modal->masses.sum();
+}
+
+Matrix3d inertia_matrix(const RigidBodyDef& b) {
+  Matrix3d J = b.inertia.asDiagonal();
+  J(0, 1) = J(1, 0) = b.inertia_products[0];
+  J(0, 2) = J(2, 0) = b.inertia_products[1];
+  J(1, 2) = J(2, 1) = b.inertia_products[2];
+  return J;
+}
+
+int MultibodyDef::add(RigidBodyDef body) {
+  bodies.push_back(std::move(body));
+  return static_cast<int>(bodies.size()) - 1;
+}
+int MultibodyDef::add(JointDef joint) {
+  joints.push_back(std::move(joint));
+  return static_cast<int>(joints.size()) - 1;
+}
+int MultibodyDef::add(SpringDamperDef spring_damper) {
+  spring_dampers.push_back(std::move(spring_damper));
+  return static_cast<int>(spring_dampers.size()) - 1;
+}
+int MultibodyDef::add(LoadDef load) {
+  loads.push_back(std::move(load));
+  return static_cast<int>(loads.size()) - 1;
+}
+int Mechanism::add(StationDef station) {
+  stations.push_back(std::move(station));
+  return static_cast<int>(stations.size()) - 1;
+}
+
+double size(const MultibodyDef& d) {
+  double largest = 0;
+  const auto add = [&](int body, const Vector3d& point, int node) {
+    if (body == kGround) return;
+    const Vector3d origin = node == kFloatingFrame ? Vector3d::Zero() : Vector3d(d.bodies[body].modal->nodes.row(node));
+    largest = std::max(largest, (origin + point).norm());
+  };
+  for (const RigidBodyDef& b : d.bodies) {
+    largest = std::max(largest,
+                       b.modal ? b.modal->nodes.rowwise().norm().maxCoeff() : std::sqrt(b.inertia.maxCoeff() / b.mass));
+  }
+  for (const JointDef& j : d.joints) {
+    add(j.body1, j.frame1.origin, j.frame1.node);
+    add(j.body2, j.frame2.origin, j.frame2.node);
+  }
+  for (const SpringDamperDef& s : d.spring_dampers) {
+    add(s.body1, s.point1, s.node1);
+    add(s.body2, s.point2, s.node2);
+  }
+  return largest;
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,156 @@
+// The one table for each struct of a mechanism of its members and their keys in JSON; `archive` reads or writes each.
+//
+//   required(key, x)            a key that must be there
+//   optional(key, x)            one that may be left out: x keeps its default; a third argument false: not written
+//   choice(key, x, words, n)    an enumeration by the names of its values n, n + 1, ...; optional_choice
+//   list(key, xs, add)          a list of structs, each read one given to add
+//   body(key, i), bodies(key, i, j), held(key, definition)
+//
+// Keys are those of the files that users write, where these have the same thing.
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "model/mechanism.h"
+#include "model/settings_table.h"
+
+namespace sigmafmu::json {
+
+inline constexpr int kVersion = 1;
+
+// Const for an archive that writes.
+template <typename Def, typename Any>
+using If = std::enable_if_t<std::is_same_v<std::remove_const_t<Any>, Def>, int>;
+
+// Members under a key of their own.
+template <typename Members>
+struct Group {
+  Members members;
+};
+template <typename Members>
+Group(Members) -> Group<Members>;
+template <typename Archive, typename Members>
+void visit(Archive& archive, const Group<Members>& group) {
+  group.members(archive);
+}
+
+template <typename Archive, typename Any, If<Frame, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.optional("position", d.origin);
+  archive.optional("orientation", Group{[&](auto& a) { a.required("matrix", d.axes); }});
+  archive.optional("node", d.node, d.node != kFloatingFrame);
+}
+
+template <typename Archive, typename Any, If<ModalDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("file", d.file);
+  archive.required("modes", d.modes);
+  archive.optional("mass_damping", d.mass_damping);
+  archive.optional("stiffness_damping", d.stiffness_damping);
+  archive.optional("initial_coordinates", d.initial_coordinates, d.initial_coordinates.size() > 0);
+  archive.optional("initial_rates", d.initial_rates, d.initial_rates.size() > 0);
+}
+
+template <typename Archive, typename Any, If<RigidBodyDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.optional("description", d.description);
+  archive.optional("flexible", d.modal, d.modal.has_value());
+  if (!d.modal) {  // whose mass and inertia come from its nodes
+    archive.required("mass", d.mass);
+    archive.required("inertia", Group{[&](auto& a) {
+                       a.required("xx", d.inertia[0]), a.required("yy", d.inertia[1]), a.required("zz", d.inertia[2]);
+                       a.optional("xy", d.inertia_products[0]), a.optional("xz", d.inertia_products[1]);
+                       a.optional("yz", d.inertia_products[2]);
+                     }});
+  }
+  archive.optional("position", d.initial_position);
+  archive.optional("orientation", Group{[&](auto& a) { a.required("quaternion", d.initial_quaternion); }});
+  archive.optional("velocity", d.initial_velocity);
+  archive.optional("angular_velocity", d.initial_angular_velocity);
+}
+
+template <typename Archive, typename Any, If<JointDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.choice("type", d.type, {"spherical", "revolute", "universal", "prismatic", "fixed"}, 0);
+  archive.bodies("bodies", d.body1, d.body2);
+  archive.optional("frame1", d.frame1);
+  archive.optional("frame2", d.frame2);
+  archive.optional("coordinate", d.initial_coordinate, !std::isnan(d.initial_coordinate));
+  archive.optional("rate", d.initial_rate, !std::isnan(d.initial_rate));
+}
+
+template <typename Archive, typename Any, If<SpringDamperDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  int type = 0;
+  archive.choice("type", type, {"spring_damper"}, 0);
+  archive.bodies("bodies", d.body1, d.body2);
+  archive.optional("point1", d.point1);
+  archive.optional("point2", d.point2);
+  archive.optional("stiffness", d.stiffness);
+  archive.optional("damping", d.damping);
+  archive.optional("node1", d.node1, d.node1 != kFloatingFrame);
+  archive.optional("node2", d.node2, d.node2 != kFloatingFrame);
+}
+
+template <typename Archive, typename Any, If<LoadDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.optional("description", d.description);
+  archive.body("body", d.body);
+  archive.optional("force", d.force);
+  archive.optional("torque", d.torque);
+}
+
+template <typename Archive, typename Any, If<StationDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.optional("description", d.description);
+  archive.body("body", d.body);
+  archive.required("nodes", d.nodes);
+  archive.optional("deflection_axes", d.deflection_axes);
+}
+
+template <typename Archive, typename Any, If<IntegratorSettings, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  for (const RealSetting& s : real_settings()) archive.optional(s.name, d.*s.value);
+  for (const IntegerSetting& s : integer_settings()) {
+    if (!s.enumeration) {
+      archive.optional(s.name, d.*s.value);
+      continue;
+    }
+    std::vector<std::string> words;
+    words.reserve(s.enumeration->items.size());
+    for (const Enumeration::Item& item : s.enumeration->items) words.emplace_back(item.name);
+    archive.optional_choice(s.name, d.*s.value, words, 1);
+  }
+}
+
+template <typename Archive, typename Any, If<Mechanism, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  auto& m = d.multibody;
+  const auto add = [&](auto x) { m.add(std::move(x)); };
+  archive.version("sigmafmu", kVersion);
+  archive.required("name", d.name);
+  archive.optional("description", d.description);
+  archive.optional("gravity", m.gravity);
+  archive.list("bodies", m.bodies, add);
+  archive.list("joints", m.joints, add);
+  archive.list("forces", m.spring_dampers, add);
+  archive.list("loads", m.loads, add);
+  archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
+  archive.optional("integrator", d.integrator);
+  archive.optional("experiment", Group{[&](auto& a) {
+                     a.optional("stop_time", d.stop_time);
+                     a.optional("step_size", d.communication_step);
+                   }});
+  archive.held("held", m);
+}
+
+}  // namespace sigmafmu::json

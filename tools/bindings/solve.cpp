@@ -1,0 +1,71 @@
+// Elimination of blocks in sigmafmu._core.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+
+#include "solve/kkt_layout.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace sigmafmu;
+
+namespace {
+
+nb::tuple eliminate(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& blocks,
+                    const std::vector<std::vector<int>>& after) {
+  BlockGraph graph(sizes);
+  graph.connect(blocks);
+  graph.after = after;
+  const std::vector<int> order = elimination_order(graph);
+  const auto pattern = factor_pattern(graph, order);
+  return nb::make_tuple(order, pattern, factorization_cost(sizes, pattern));
+}
+
+// The matrix may have no entries where the solver has no block.
+VectorXd solve(const BlockLU& lu, const MatrixXd& A, VectorXd b) {
+  if (A.rows() != lu.size() || A.cols() != lu.size() || b.size() != lu.size()) {
+    throw std::invalid_argument("A or b has the wrong size");
+  }
+  const auto rows = [&](int node) {
+    return (node + 1 < lu.nodes() ? lu.offset(node + 1) : lu.size()) - lu.offset(node);
+  };
+  Factorization f = lu.make_factorization();
+  for (int i = 0; i < lu.nodes(); ++i) {
+    for (int j = 0; j < lu.nodes(); ++j) {
+      const auto part = A.block(lu.offset(i), lu.offset(j), rows(i), rows(j));
+      if (lu.handle(i, j) >= 0) {
+        lu.block(f, i, j) = part;
+      } else if ((part.array() != 0).any()) {
+        throw std::invalid_argument("A has entries outside the pattern");
+      }
+    }
+  }
+  if (!lu.factorize(f)) throw std::runtime_error("singular");
+  lu.solve(f, b.data());
+  return b;
+}
+
+}  // namespace
+
+void bind_solve(nb::module_& m) {
+  m.def("eliminate", &eliminate, "sizes"_a, "blocks"_a, "after"_a,
+        "(order, neighbours of each node at its turn, multiplications) for a symmetric matrix of blocks.");
+  nb::enum_<Kkt>(m, "Kkt")
+      .value("index1", Kkt::index1)
+      .value("newton", Kkt::newton)
+      .value("stabilized", Kkt::stabilized);
+  nb::class_<BlockLU>(m, "KktSolver", "Solves the linear equations of a Multibody.")
+      .def(
+          "__init__",
+          [](BlockLU* lu, const MultibodyDef& d, Kkt form) {
+            new (lu) BlockLU(*KktPlans().get(System((validate(d), d)).pattern(), form));
+          },
+          "multibody"_a, "form"_a)
+      .def_prop_ro("cost", &BlockLU::cost, "Multiplications of a factorization.")
+      .def_prop_ro("values", [](const BlockLU& lu) { return lu.make_factorization().values.size(); })
+      .def("offset", &BlockLU::offset, "node"_a)
+      .def("solve", &solve, "A"_a, "b"_a);
+}

@@ -1,0 +1,79 @@
+"""The command `python -m research`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from research.study.cli import study
+from sigmafmu import SigmafmuError
+from sigmafmu.console import OneLineErrors, err, out, progress_bar, write_text
+
+app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
+
+
+@app.callback(epilog="Example: python -m research bench")
+def main() -> None:
+    """Study, measurements and reference solutions of sigmafmu's integrators."""
+
+
+app.command(epilog="Example: python -m research study heavy-top --quick --output build/study-quick")(study)
+
+
+@app.command(epilog="Example: python -m research bench --rounds 10 --output docs/speed.md")
+def bench(
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
+    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+) -> None:
+    """Time an internal step of every mechanism beside Exudyn's."""
+    from research import bench as benchmark
+
+    total = benchmark.runs(rounds)
+    with progress_bar(err, "bench", total, unit="runs") as move_to:
+        done = iter(range(1, total + 1))
+        results = benchmark.run(rounds, lambda: move_to(next(done)))
+    out.print(benchmark.machine(), soft_wrap=True)
+    for case, candidates in results:
+        out.print(benchmark.table(case, candidates))
+    if output:
+        write_text(output, benchmark.page(results))
+
+
+@app.command(epilog="Example: python -m research measure --output docs/accuracy.md")
+def measure(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("accuracy.md"),
+) -> None:
+    """Measure orders, errors and energy of all mechanisms (takes minutes)."""
+    from research import measure as measurements
+
+    with progress_bar(err, "measure", measurements.runs(), unit="runs") as move_to:
+        done = iter(range(1, measurements.runs() + 1))
+        text = "".join(measurements.page(lambda: move_to(next(done))))
+    write_text(output, text)
+
+
+@app.command(epilog="Example: python -m research linear")
+def linear() -> None:
+    """Compare linear models with differences of what the FMUs do."""
+    from research.linear import page
+
+    typer.echo(page())
+
+
+@app.command(epilog="Example: python -m research references --only HeavyTop")
+def references(
+    only: Annotated[list[str] | None, typer.Option(help="Make the reference of this model only (repeatable).")] = None,
+    output: Annotated[Path, typer.Option(help="Folder that gets the files.")] = Path("tests/references"),
+) -> None:
+    """Make the reference solutions of the benchmark mechanisms with Exudyn and in minimal coordinates."""
+    from research.reference import FLEXIBLE_MODELS, MODELS
+    from research.reference.make import make
+    from research.reference.make_flexible import make_flexible
+
+    makers = {**dict.fromkeys(MODELS, make), **dict.fromkeys(FLEXIBLE_MODELS, make_flexible)}
+    for name in only or ():
+        if name not in makers:
+            raise SigmafmuError(f"no such model: {name}; there are {', '.join(makers)}")
+    output.mkdir(parents=True, exist_ok=True)
+    for name in only or makers:
+        makers[name](name, output)
