@@ -104,7 +104,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
                                 const BodyTangents& tangents, Factorization& f) {
   const BlockPattern& pattern = system_.pattern();
   lu_->clear(f);
-  write_pairs(e, step, tangents, f);
+  write_pairs<N>(e, step, tangents, f);
   for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
     if (pose(pattern.incidences[k])) {
       write_incidence<N, kVelocitiesPerBody>(static_cast<int>(k), e, start, step, tangents, f);
@@ -234,13 +234,14 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
 
 void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
   for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -step.scale * r[i];
+  const bool velocities = formulation_ == Formulation::index2, both = stabilized();
   for (const auto& [first, count, unknown] : equations_) {
     const double *phi = e.phi.data() + first, *phidot = e.phidot.data() + first;
     double *upper = x.data() + unknown, *lower = upper + count;
     for (int k = 0; k < count; ++k) {
       const double rate = phidot[k] / step.gamma_prime;
-      upper[k] = formulation_ == Formulation::index2 ? -rate : -phi[k];
-      if (stabilized()) lower[k] = phi[k] - rate;
+      upper[k] = velocities ? -rate : -phi[k];
+      if (both) lower[k] = phi[k] - rate;
     }
   }
 }

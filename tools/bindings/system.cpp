@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -87,7 +88,7 @@ struct PySystem {
     check(q, v);
     system.evaluate(q, v, e);
     const int c = coordinate_of(joint);
-    if (c < 0) throw std::invalid_argument("the joint has no coordinate");
+    if (c < 0) return nb::make_tuple(NAN, NAN);
     return nb::make_tuple(system.coordinate_value(e, c), system.coordinate_rate(e, c));
   }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
@@ -201,7 +202,8 @@ void bind_system(nb::module_& m) {
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
       .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
-      .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a)
+      .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a,
+           "(value, rate); NaN for a joint that has none.")
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
            "Coordinates of all joints and their rates; zero for joints that have none.")
       .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")

@@ -79,7 +79,8 @@ void Joint::evaluate(double, const Kinematics& k, double* phi, double* phidot, c
   for (int i = 0; i < equations_; ++i, row1 += kVelocitiesPerBody, row2 += kVelocitiesPerBody) {
     double sum = 0;
     for (int c = 0; c < 3; ++c) {
-      sum += row1[c] * k1.v_WB[c] + row1[3 + c] * k1.w_WB_B[c] + row2[c] * k2.v_WB[c] + row2[3 + c] * k2.w_WB_B[c];
+      const double rate1 = on_ground_ ? 0.0 : row1[c] * k1.v_WB[c] + row1[3 + c] * k1.w_WB_B[c];
+      sum += rate1 + row2[c] * k2.v_WB[c] + row2[3 + c] * k2.w_WB_B[c];
     }
     phidot[i] = sum;
   }

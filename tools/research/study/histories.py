@@ -37,7 +37,7 @@ def history(mechanism: str, stop_time: float, h: float) -> dict[str, Any]:
     states = []
     for i, t in enumerate(times):
         run.run(t, stride if i else 0)
-        states.append(np.concatenate([run.state.q[:7], run.state.v[:6], run.state.q[-7:-4], run.state.angle]))
+        states.append(np.concatenate([run.state.q[:7], run.state.v[:6], run.state.q[-7:-4], run.angles]))
     return {
         "time": times,
         "ours": _from_states(mechanism, np.array(states)),

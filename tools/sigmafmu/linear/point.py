@@ -99,7 +99,7 @@ def operating_point(
     state = simulation.state
     units = {variable.name: variable.unit or "" for variable in fmu.variables.values()}
     parameters = {v.name: value for v, value in assignments if v.causality == "parameter" and not _starts(v.name)}
-    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, state.angle.copy(), at, units, parameters)
+    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, simulation.angles, at, units, parameters)
 
 
 def _starts(name: str) -> bool:
