@@ -47,7 +47,9 @@ def run(master, fmu, model):
     def run(mode: str, *bad_resources: str, **environment: str) -> list[str]:
         f = fmu(model)
         library = f.directory / "binaries" / fmpy.platform / f"{f.name}{fmpy.sharedLibraryExtension}"
-        torque = min(inputs(f), key=lambda name: (not name.endswith(".motorTorque"), not name.endswith(".torque[2]")))
+        motors = [name for name in inputs(f) if name.endswith(".motorTorque")]
+        torques = [name for name in inputs(f) if name.endswith(".torque[2]")]
+        torque = motors[0] if motors else torques[-1]  # the first body may slide on a rail, where no torque turns it
         body = bodies(f)[0]
         others = [torque, f"{body}.initialQuaternion[1]", f"{body}.acceleration[1]"]
         references = f.references([*(f"integrator.{name}" for name in REFERENCES), *others])
