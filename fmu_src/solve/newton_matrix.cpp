@@ -152,15 +152,15 @@ void NewtonMatrix::write_pairs(const Evaluation& e, const StepScales& step, cons
       block.template rightCols<N>() =
           S.template rightCols<N>().lazyProduct(last<N>(tangents.U[j])) + step.scale * K.template rightCols<N>();
       if (!inertia) return;
-      const auto kappa_M = kappa * of_pair(e.M).template leftCols<3>();
-      if constexpr (N == 6) block += kappa_M.lazyProduct(tangents.E[j]);
+      const auto M = of_pair(e.M).template leftCols<3>();
+      if constexpr (N == 6) block += kappa * M.lazyProduct(tangents.E[j]);
       if (!stabilized()) return;
       if (!tangents.identity_P) {
         for (Eigen::Index r = 0; r < S.rows(); ++r) {
           S.row(r).template tail<N>() = (S.row(r).template tail<N>() * last<N>(tangents.P_inverse[j])).eval();
         }
       }
-      if constexpr (N == 6) S += kappa_M.lazyProduct(tangents.F[j]);
+      if constexpr (N == 6) S += kappa * M.lazyProduct(tangents.F[j]);
     } else {
       block = S + step.scale * K;
     }

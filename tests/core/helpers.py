@@ -273,7 +273,7 @@ def simulation(mechanism: str | _core.Mechanism, **chosen: Any) -> _core.Simulat
 
 def state_arrays(state: _core.State) -> dict[str, np.ndarray]:
     """Everything a step leaves behind, for bitwise comparison."""
-    names = ("time", "q", "v", "vdot", "a", "lambda_", "angle")
+    names = ("time", "q", "v", "vdot", "a", "lambda_", "turned")
     counters = [getattr(state.counters, n) for n in ("steps", "newton_iterations", "jacobian_evaluations", "retries")]
     return {**{name: np.atleast_1d(getattr(state, name)) for name in names}, "counters": np.array(counters)}
 

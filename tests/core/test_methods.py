@@ -154,7 +154,7 @@ def test_a_failed_step_leaves_no_trace(method):
     for _ in range(2):
         with pytest.raises(RuntimeError, match="step failed at t = "):
             two.run(1.0, 1)
-        for name in ("time", "q", "v", "vdot", "a", "lambda_", "angle"):
+        for name in ("time", "q", "v", "vdot", "a", "lambda_", "turned"):
             np.testing.assert_array_equal(getattr(two.state, name), getattr(before, name))
     for run in (one, two):
         run.run(0.04, 20)

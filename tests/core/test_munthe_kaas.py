@@ -170,7 +170,7 @@ def test_a_tolerance_that_cannot_be_met_fails():
     before = copy(run.state)
     with pytest.raises(RuntimeError, match="step failed at t = "):
         run.run(1e-3, 1)
-    for name in ("time", "q", "v", "vdot", "lambda_", "angle"):
+    for name in ("time", "q", "v", "vdot", "lambda_", "turned"):
         np.testing.assert_array_equal(getattr(run.state, name), getattr(before, name))
     counters = run.state.counters
     assert counters.steps == 0

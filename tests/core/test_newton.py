@@ -150,7 +150,7 @@ def test_a_step_that_fails_for_good_leaves_the_state_alone():
     before = copy(run.state)
     with pytest.raises(RuntimeError, match="step failed at t = "):
         run.run(100.0, 1)
-    for name in ("q", "v", "vdot", "a", "lambda_", "angle"):
+    for name in ("q", "v", "vdot", "a", "lambda_", "turned"):
         np.testing.assert_array_equal(getattr(run.state, name), getattr(before, name))
     assert run.state.time == 0.0
     assert run.state.counters.steps == 0
