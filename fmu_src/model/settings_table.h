@@ -1,5 +1,5 @@
 // What the settings of the integrator may be, by the names that they have in the FMU (integrator.stepSize, ...): the
-// one table for parameters, for JSON and for validate. The predictor is none of them: results do not depend on it.
+// one table for parameters, for JSON and for validate.
 #pragma once
 
 #include <string>

@@ -174,13 +174,17 @@ bool survives(const Fmu& fmu) {
   return good;
 }
 
-void memory(const Fmu& fmu) {
-  printing = false;
-  // A first exception: for its thread-local data in a library that was loaded late glibc allocates at first use, and
-  // ends the process if it cannot.
+// A first exception: for its thread-local data in a library that was loaded late glibc allocates at first use, and ends
+// the process if it cannot.
+void throw_once(const Fmu& fmu) {
   fmi2Component c = fmu.instantiate("it");
   set(fmu, c, kStepSize, -1);
   CALL(fmi2FreeInstance, c);
+}
+
+void memory(const Fmu& fmu) {
+  printing = false;
+  throw_once(fmu);
   std::set<std::string> different;
   bool good = false;
   long n = 0;
@@ -396,6 +400,7 @@ bool enough(const Fmu& fmu, const Scenario& scenario, long n) {
 
 void calls(const Fmu& fmu) {
   printing = false;
+  throw_once(fmu);
   for (const Scenario& scenario : scenarios()) {
     long n = 0;
     while (!enough(fmu, scenario, n)) n += 1 + n / 20;
