@@ -151,11 +151,11 @@ class System {
     int count() const { return static_cast<int>(frames.size()); }
   };
   struct Rigid {
-    int index;
+    int index = 0;
     RigidBody body;
   };
   struct Flexible {
-    int index;
+    int index = 0;
     FlexibleBody body;
   };
   struct AttachedConstraint {
@@ -172,7 +172,7 @@ class System {
   struct AttachedCoordinate {
     JointCoordinate coordinate;
     Attachment at;
-    int motor;
+    int motor = -1;
   };
   // Rows for a frame at a node, and those for pose and modes that they make.
   struct PulledRows {

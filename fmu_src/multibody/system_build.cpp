@@ -21,8 +21,7 @@ class System::Builder {
     for (std::size_t l = 0; l < definition_.loads.size(); ++l) {
       force(std::make_unique<Load>(static_cast<int>(l)), {frame(definition_.loads[l].body, kFloatingFrame)});
     }
-    for (std::size_t c = 0; c < s_.coordinates_.size(); ++c) {
-      AttachedCoordinate& coordinate = s_.coordinates_[c];
+    for (AttachedCoordinate& coordinate : s_.coordinates_) {
       coordinate.motor = force(std::make_unique<Motor>(coordinate.coordinate), coordinate.at.frames);
     }
     for (const SpringDamperDef& spring_damper : definition_.spring_dampers) this->spring_damper(spring_damper);

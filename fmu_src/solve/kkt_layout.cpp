@@ -64,11 +64,13 @@ Lists bodies_on_ways(const BlockPattern& pattern) {
 BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
   const bool stabilized = form == Kkt::stabilized;
   std::vector<int> sizes;
+  sizes.reserve(pattern.unknowns.size() + pattern.constraint_sizes.size());
   for (const Unknown& unknown : pattern.unknowns) sizes.push_back(unknown.size);
   for (int m : pattern.constraint_sizes) sizes.push_back(stabilized ? 2 * m : m);
 
   std::vector<std::pair<int, int>> assigned;
   const int pairs = form == Kkt::index1 ? pattern.inertia_pairs : static_cast<int>(pattern.pairs.size());
+  assigned.reserve(pairs + pattern.incidences.size());
   for (int p = 0; p < pairs; ++p) assigned.emplace_back(pattern.pairs[p].row, pattern.pairs[p].column);
   Lists constraints(pattern.unknown_count());  // on each unknown
   for (const auto& i : pattern.incidences) {
