@@ -9,7 +9,6 @@ add_library(sigmafmu_slave STATIC
   fmu_src/fmi/slave_derivatives.cpp
   fmu_src/fmi/slave_step.cpp
   fmu_src/fmi/snapshot.cpp
-  fmu_src/fmi/units.cpp
   fmu_src/fmi/variables.cpp)
 target_link_libraries(sigmafmu_slave PUBLIC sigmafmu_core)
 

@@ -36,9 +36,11 @@ std::string text(double x) {
 void set(XMLElement* e, const char* name, const std::string& value) { e->SetAttribute(name, value.c_str()); }
 void set(XMLElement* e, const char* name, double value) { set(e, name, text(value)); }
 
-void write_units(XMLElement* root) {
+void write_units(XMLElement* root, const std::vector<Port>& variables) {
   XMLElement* definitions = root->InsertNewChildElement("UnitDefinitions");
   for (const Unit& u : units()) {
+    const auto measured = [&](const Port& v) { return v.unit && std::string(v.unit) == u.name; };
+    if (std::none_of(variables.begin(), variables.end(), measured)) continue;
     XMLElement* unit = definitions->InsertNewChildElement("Unit");
     set(unit, "name", u.name);
     XMLElement* base = unit->InsertNewChildElement("BaseUnit");
@@ -61,10 +63,10 @@ double two_digits(double x) {
   return std::strtod(buffer, nullptr);
 }
 
-void write_types(XMLElement* root, const std::vector<Variable>& variables, const Scales& scales) {
+void write_types(XMLElement* root, const std::vector<Port>& variables, const Scales& scales) {
   XMLElement* definitions = root->InsertNewChildElement("TypeDefinitions");
   for (const RealType& t : real_types()) {
-    if (std::none_of(variables.begin(), variables.end(), [&](const Variable& v) { return v.type == &t; })) continue;
+    if (std::none_of(variables.begin(), variables.end(), [&](const Port& v) { return v.type == &t; })) continue;
     XMLElement* type = definitions->InsertNewChildElement("SimpleType");
     set(type, "name", t.name);
     XMLElement* real = type->InsertNewChildElement("Real");
@@ -115,7 +117,7 @@ const char* name(Variability v) {
   }
 }
 
-void write_variable(XMLElement* parent, const Variable& v, unsigned reference, const Mechanism& mechanism) {
+void write_variable(XMLElement* parent, const Port& v, unsigned reference, const Mechanism& mechanism) {
   XMLElement* scalar = parent->InsertNewChildElement("ScalarVariable");
   set(scalar, "name", v.name);
   scalar->SetAttribute("valueReference", reference);
@@ -138,7 +140,7 @@ void write_variable(XMLElement* parent, const Variable& v, unsigned reference, c
   if (v.causality == Causality::parameter) set(type, "start", v.value(mechanism));
 }
 
-void write_structure(XMLElement* root, const std::vector<Variable>& variables, const Mechanism& mechanism) {
+void write_structure(XMLElement* root, const std::vector<Port>& variables, const Mechanism& mechanism) {
   const auto depends = probe_dependencies(mechanism);
   XMLElement* structure = root->InsertNewChildElement("ModelStructure");
   XMLElement* outputs = structure->InsertNewChildElement("Outputs");
@@ -161,7 +163,7 @@ void write_structure(XMLElement* root, const std::vector<Variable>& variables, c
 void write_freedom(XMLElement* root, const Mechanism& mechanism) {
   const Freedom f = initial_freedom(mechanism.multibody);
   std::printf("%s: degrees of freedom: %s\n", mechanism.name.c_str(), summary(f).c_str());
-  if (f.degrees() == 0) throw std::runtime_error(mechanism.name + " cannot move: degrees of freedom: " + summary(f));
+  if (f.degrees() == 0 && mechanism.multibody.drives.empty()) throw std::runtime_error(mechanism.name + " cannot move: degrees of freedom: " + summary(f));
   XMLElement* tool = root->InsertNewChildElement("VendorAnnotations")->InsertNewChildElement("Tool");
   set(tool, "name", "sigmafmu");
   set(tool->InsertNewChildElement("DegreesOfFreedom"), "value", summary(f));
@@ -169,7 +171,7 @@ void write_freedom(XMLElement* root, const Mechanism& mechanism) {
 
 void write(const Mechanism& mechanism, const std::string& file, const std::vector<const char*>& sources) {
   const System system(mechanism.multibody);
-  const auto variables = make_variables(mechanism, system);
+  const auto [variables, owners] = make_variables(mechanism, system);
 
   tinyxml2::XMLDocument document;
   document.InsertEndChild(document.NewDeclaration());
@@ -199,7 +201,7 @@ void write(const Mechanism& mechanism, const std::string& file, const std::vecto
   XMLElement* files = capabilities->InsertNewChildElement("SourceFiles");
   for (const char* source : sources) set(files->InsertNewChildElement("File"), "name", source);
 
-  write_units(root);
+  write_units(root, variables);
   write_types(root, variables, scales(mechanism.multibody));
   XMLElement* categories = root->InsertNewChildElement("LogCategories");
   const std::pair<const char*, const char*> all[] = {

@@ -15,7 +15,7 @@ struct Engine {
         solver(system, plans),
         integrator(std::make_unique<Integrator>(system, settings, plans)),
         evaluation(system.make_evaluation()),
-        u(VectorXd::Zero(system.input_size())) {
+        u(system.make_inputs()) {
     for (VectorXd* x : {&vdot, &vdot_before, &vdot_after}) x->setZero(system.velocity_size());
     for (VectorXd* x : {&lambda, &lambda_scratch}) x->setZero(system.constraint_size());
   }
@@ -26,7 +26,8 @@ struct Engine {
 
   // The point of which outputs are asked, computed as far as they need it.
   Evaluation evaluation;
-  VectorXd vdot, lambda, u;
+  VectorXd vdot, lambda;
+  Inputs u;
   bool has_motion = false, has_accelerations = false;
 
   VectorXd vdot_before, vdot_after, lambda_scratch;  // of a jump

@@ -26,7 +26,7 @@ Slave::Slave(Mechanism mechanism, std::string identity, Listener* listener)
       mechanism_(with_joint_values(std::move(mechanism), plans_)),
       default_settings_(mechanism_.integrator),
       engine_(make_engine(mechanism_, 0)),
-      variables_(make_variables(mechanism_, engine_->system)),
+      variables_(make_variables(mechanism_, engine_->system).list),
       outputs_(variables_),
       remarks_(listener) {
   for (unsigned i = 0; i < variables_.size(); ++i) {
@@ -101,8 +101,8 @@ Snapshot Slave::first_snapshot() const {
   const System& system = engine_->system;
   Snapshot data;
   data.parameters = default_parameters_;
-  data.input = InputSignal(system.input_size());
-  data.last_input = data.input.derivative[0];
+  data.input = system.make_signal();
+  data.last_input = system.make_inputs();
   data.vdot_before_jump.setZero(system.velocity_size());
   return data;
 }
@@ -145,6 +145,7 @@ void Slave::initialize() {
     fit_engine(mechanism_, data_);
     s = engine_->integrator->make_state();
     s.time = data_.start_time;
+    start_drives(mechanism_.multibody, engine_->system, data_.input);
     assemble(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
   } catch (const std::bad_alloc&) {
     throw;
@@ -152,13 +153,13 @@ void Slave::initialize() {
     throw Discarded(e.what());
   }
   Engine& engine = *engine_;
+  s.turned = coordinates_at_start(mechanism_.multibody, engine.system, s.q);
   if (!engine.integrator->initialize(s, data_.input)) {
-    data_.input.value(s.elapsed, engine.u);
+    data_.input.value(s.elapsed, s.turned, engine.u);
     accelerations_or_discard(s.q, s.v, engine.u, engine.vdot, engine.lambda);
     throw Discarded("The derivatives of the accelerations at the start overflow.");
   }
-  count_turns(mechanism_.multibody, engine_->system, s.turned);
-  data_.last_input = data_.input.derivative[0];
+  data_.input.value(s.elapsed, s.turned, data_.last_input);
   data_.parameter_jump = false;
   data_.stale = false;
   forget_outputs();
@@ -170,15 +171,15 @@ void Slave::ensure_initialized() {
 
 // --- values ----------------------------------------------------------------------------------------------------------
 
-const Variable& Slave::variable(unsigned reference) const {
+const Port& Slave::variable(unsigned reference) const {
   if (reference >= variables_.size()) {
     fail<Refused>("Value reference ", reference, " is unknown; this FMU has 0 to ", variables_.size() - 1, ".");
   }
   return variables_[reference];
 }
 
-const Variable& Slave::typed_variable(unsigned reference, bool integer, const char* done) const {
-  const Variable& v = variable(reference);
+const Port& Slave::typed_variable(unsigned reference, bool integer, const char* done) const {
+  const Port& v = variable(reference);
   if (v.integer != integer) {
     fail<Refused>(v.name, " is ", v.integer ? "an Integer" : "a Real", "; it was ", done, " as ",
                   integer ? "an Integer." : "a Real.");
@@ -186,13 +187,14 @@ const Variable& Slave::typed_variable(unsigned reference, bool integer, const ch
   return v;
 }
 
-View Slave::view() const {
+SlaveView Slave::view() const {
   const State& s = data_.state;
   const Engine& engine = *engine_;
-  return {mechanism_, engine.system, s, s.q, s.v, engine.evaluation, engine.vdot, engine.lambda};
+  const View view{mechanism_, engine.system, s.q, s.v, engine.u, engine.evaluation, engine.vdot, engine.lambda};
+  return {view, s};
 }
 
-void Slave::accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+void Slave::accelerations_or_discard(const VectorXd& q, const VectorXd& v, const Inputs& u, VectorXd& vdot,
                                      VectorXd& lambda) {
   if (engine_->solver.accelerations(q, v, u, vdot, lambda)) return;
   const auto& definition = mechanism_.multibody;
@@ -211,11 +213,11 @@ void Slave::evaluate(bool accelerations) {
   const State& s = data_.state;
   Engine& engine = *engine_;
   if (!engine.has_motion) {
-    engine.system.evaluate(s.q, s.v, engine.evaluation);
+    data_.input.value(s.elapsed, s.turned, engine.u);
+    engine.system.evaluate(s.q, s.v, engine.u, engine.evaluation);
     engine.has_motion = true;
   }
   if (accelerations && !engine.has_accelerations) {
-    data_.input.value(s.elapsed, engine.u);
     accelerations_or_discard(s.q, s.v, engine.u, engine.vdot, engine.lambda);
     engine.has_accelerations = true;
   }
@@ -223,7 +225,7 @@ void Slave::evaluate(bool accelerations) {
 
 void Slave::get(const unsigned* references, std::size_t count, bool integer, double* values) {
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& v = typed_variable(references[i], integer, "read");
+    const Port& v = typed_variable(references[i], integer, "read");
     if (v.output) {
       evaluate(v.needs_accelerations);
       values[i] = outputs_(v, view());
@@ -235,7 +237,7 @@ void Slave::get(const unsigned* references, std::size_t count, bool integer, dou
   }
 }
 
-void Slave::require_settable(const Variable& v) const {
+void Slave::require_settable(const Port& v) const {
   if (v.causality == Causality::output) fail<Refused>(v.name, " is an output; it cannot be set.");
   if (v.causality == Causality::local) fail<Refused>(v.name, " is computed; it cannot be set.");
   if (v.variability == Variability::fixed && data_.phase != Phase::instantiated &&
@@ -249,7 +251,7 @@ Slave::Changes Slave::check_values(const unsigned* references, std::size_t count
                                    const double* values) const {
   Changes changes;
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& v = typed_variable(references[i], integer, "set");
+    const Port& v = typed_variable(references[i], integer, "set");
     require_settable(v);
     const std::string complaint = v.complaint(values[i]);
     if (!complaint.empty()) throw Refused(complaint);
@@ -266,7 +268,7 @@ Slave::Changes Slave::check_values(const unsigned* references, std::size_t count
 void Slave::store_values(const unsigned* references, std::size_t count, const double* values) {
   try {
     for (std::size_t i = 0; i < count; ++i) {
-      const Variable& v = variables_[references[i]];
+      const Port& v = variables_[references[i]];
       if (v.input < 0) v.set_value(mechanism_, values[i]);
     }
   } catch (...) {
@@ -274,7 +276,7 @@ void Slave::store_values(const unsigned* references, std::size_t count, const do
     throw;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& v = variables_[references[i]];
+    const Port& v = variables_[references[i]];
     if (v.input >= 0) data_.input.derivative[0][v.input] = values[i];
   }
 }

@@ -29,7 +29,7 @@ class Slave {
   Slave(Mechanism mechanism, std::string identity, Listener* listener = nullptr);
 
   Phase phase() const { return data_.phase; }
-  const std::vector<Variable>& variables() const { return variables_; }
+  const std::vector<Port>& variables() const { return variables_; }
 
   // tolerance 0: none. It is the error tolerance of methods that control their error, unless a parameter sets that.
   void setup_experiment(double start, bool has_stop, double stop, double tolerance);
@@ -78,19 +78,19 @@ class Slave {
   Snapshot first_snapshot() const;
   void initialize();
   void ensure_initialized();
-  const Variable& variable(unsigned reference) const;
-  const Variable& typed_variable(unsigned reference, bool integer, const char* done) const;
-  void require_settable(const Variable& v) const;
+  const Port& variable(unsigned reference) const;
+  const Port& typed_variable(unsigned reference, bool integer, const char* done) const;
+  void require_settable(const Port& v) const;
   Changes check_values(const unsigned* references, std::size_t count, bool integer, const double* values) const;
   void store_values(const unsigned* references, std::size_t count, const double* values);
   void remember_acceleration();
   void forget_outputs();
   void evaluate(bool accelerations);
-  void accelerations_or_discard(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+  void accelerations_or_discard(const VectorXd& q, const VectorXd& v, const Inputs& u, VectorXd& vdot,
                                 VectorXd& lambda);
-  View view() const;
+  SlaveView view() const;
   // slave_derivatives.cpp
-  const Variable& real_output(unsigned reference, const char* purpose) const;
+  const Port& real_output(unsigned reference, const char* purpose) const;
   // slave_step.cpp
   void check_step(double t, double H) const;
   void absorb_jump();
@@ -107,7 +107,7 @@ class Slave {
   std::vector<double> engine_parameters_;
   double engine_tolerance_ = 0;
 
-  std::vector<Variable> variables_;
+  std::vector<Port> variables_;
   std::vector<unsigned> parameter_references_;
   std::vector<double> default_parameters_;
   Snapshot data_;

@@ -10,7 +10,7 @@ namespace sigmafmu {
 void Slave::set_input_derivatives(const unsigned* references, std::size_t count, const int* orders,
                                   const double* values) {
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& v = variable(references[i]);
+    const Port& v = variable(references[i]);
     if (v.input < 0) fail<Refused>(v.name, " is no input; derivatives can be set for inputs alone.");
     if (orders[i] < 1 || orders[i] > InputSignal::kMaxDerivative) {
       fail<Refused>("The derivative order of ", v.name, " is ", orders[i], "; it must be 1 to ",
@@ -27,8 +27,8 @@ void Slave::set_input_derivatives(const unsigned* references, std::size_t count,
   if (data_.phase != Phase::step) data_.stale = true;
 }
 
-const Variable& Slave::real_output(unsigned reference, const char* purpose) const {
-  const Variable& v = variable(reference);
+const Port& Slave::real_output(unsigned reference, const char* purpose) const {
+  const Port& v = variable(reference);
   if (!v.output || v.integer) fail<Refused>(v.name, " is no Real output; ", purpose, " of Real outputs alone.");
   return v;
 }
@@ -36,31 +36,32 @@ const Variable& Slave::real_output(unsigned reference, const char* purpose) cons
 void Slave::get_output_derivatives(const unsigned* references, std::size_t count, const int* orders, double* values) {
   bool accelerations = false;
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& v = real_output(references[i], "derivatives can be had");
+    const Port& v = real_output(references[i], "derivatives can be had");
     if (orders[i] != 1) fail<Refused>("The derivative order of ", v.name, " is ", orders[i], "; it must be 1.");
     accelerations = accelerations || v.needs_accelerations;
   }
   evaluate(true);  // vdot
   const State& s = data_.state;
   const System& system = engine_->system;
-  VectorXd q(s.q.size()), v(s.v.size()), vdot(s.v.size()), lambda(s.lambda.size()), u(system.input_size());
+  VectorXd q(s.q.size()), v(s.v.size()), vdot(s.v.size()), lambda(s.lambda.size());
+  Inputs u = system.make_inputs();
   Evaluation e = system.make_evaluation();
   OutputValues outputs(variables_);
   std::fill_n(values, count, 0.0);
   const double step = engine_->solver.difference_time(s.v);
   for (double sign : {-1.0, 1.0}) {  // central difference along the motion; outputs are functions of (q, v, u) alone
     engine_->solver.displace(s.q, s.v, engine_->vdot, sign * step, q, v);
-    data_.input.value(s.elapsed + sign * step, u);
+    data_.input.value(s.elapsed + sign * step, s.turned, u);
     if (accelerations) accelerations_or_discard(q, v, u, vdot, lambda);
-    system.evaluate(q, v, e);
-    const View displaced{mechanism_, system, s, q, v, e, vdot, lambda};
+    system.evaluate(q, v, u, e);
+    const SlaveView displaced{{mechanism_, system, q, v, u, e, vdot, lambda}, s};
     outputs.forget();
     for (std::size_t i = 0; i < count; ++i) {
       values[i] += sign * outputs(variables_[references[i]], displaced) / (2 * step);
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable& variable = variables_[references[i]];
+    const Port& variable = variables_[references[i]];
     if (variable.rate) values[i] = variable.rate(view(), variable.object, variable.component);
   }
 }
@@ -70,12 +71,12 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   evaluate(false);
   const State& s = data_.state;
   const System& system = engine_->system;
-  VectorXd du = VectorXd::Zero(system.input_size());
+  Inputs du = system.make_inputs();
   for (std::size_t i = 0; i < input_count; ++i) {
-    const Variable& v = variable(inputs[i]);
+    const Port& v = variable(inputs[i]);
     if (v.input < 0) fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
     if (!std::isfinite(direction[i])) fail<Refused>("The direction of ", v.name, " must be finite.");
-    du[v.input] += direction[i];
+    du.u[v.input] += direction[i];
   }
   for (std::size_t i = 0; i < output_count; ++i) real_output(outputs[i], "directional derivatives exist");
   // Accelerations and multipliers are affine in u with a slope that q alone determines: a difference over any length is
@@ -83,17 +84,18 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   const VectorXd rest = VectorXd::Zero(s.v.size());
   VectorXd vdot(s.v.size()), lambda(s.lambda.size());
   Evaluation e = system.make_evaluation();
-  system.evaluate(s.q, rest, e);
+  system.evaluate(s.q, rest, du, e);
   OutputValues values(variables_);
   std::fill_n(derivative, output_count, 0.0);
-  for (double sign : {-1.0, 1.0}) {
-    accelerations_or_discard(s.q, rest, sign * du, vdot, lambda);
-    const View probed{mechanism_, system, s, s.q, rest, e, vdot, lambda};
+  for (double sign : {1.0, -1.0}) {
+    accelerations_or_discard(s.q, rest, du, vdot, lambda);
+    const SlaveView probed{{mechanism_, system, s.q, rest, du, e, vdot, lambda}, s};
     values.forget();
     for (std::size_t i = 0; i < output_count; ++i) {
-      const Variable& v = variables_[outputs[i]];
+      const Port& v = variables_[outputs[i]];
       if (v.needs_accelerations) derivative[i] += 0.5 * sign * values(v, probed);
     }
+    du.u = -du.u;
   }
 }
 

@@ -80,9 +80,8 @@ bool Slave::do_step(double t, double H) {
   forget_outputs();
   const std::int64_t retries = s.counters.retries;
   const bool ok = internal_steps(t, H, n);
-  data_.input.value(s.elapsed, data_.last_input);
-  data_.input.derivative[0] = data_.last_input;  // where the derivatives led is what holds from here on
-  for (int k = 1; k <= InputSignal::kMaxDerivative; ++k) data_.input.derivative[k].setZero();
+  data_.input.value(s.elapsed, s.turned, data_.last_input);
+  data_.input.continue_from(data_.last_input);  // where the derivatives led is what holds from here on
   s.elapsed = 0;
   if (ok) remarks_.about_step(mechanism_, s, H / static_cast<double>(n));
   remarks_.about_retries(s.counters.retries - retries, t + H);
@@ -109,8 +108,8 @@ bool Slave::internal_steps(double t, double H, std::int64_t n) {
 void Slave::absorb_jump() {
   State& s = data_.state;
   Engine& e = *engine_;
-  data_.input.value(s.elapsed, e.u);
-  if (!data_.parameter_jump && e.u == data_.last_input) return;
+  data_.input.value(s.elapsed, s.turned, e.u);
+  if (!data_.parameter_jump && e.u.acts_like(data_.last_input)) return;
   if (data_.parameter_jump) {
     e.vdot_before = data_.vdot_before_jump;
   } else {

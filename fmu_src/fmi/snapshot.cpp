@@ -10,7 +10,7 @@ namespace sigmafmu {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
-constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormat = 5;
 
 // The one list of what a snapshot consists of; `archive` writes or reads each item.
 template <typename Archive, typename AnySnapshot>
@@ -19,7 +19,10 @@ void visit(Archive& archive, AnySnapshot& s) {
   archive(s.stale);
   archive(s.parameters);
   for (auto& d : s.input.derivative) archive(d);
-  archive(s.last_input), archive(s.parameter_jump), archive(s.vdot_before_jump);
+  for (auto& d : s.input.drive) archive(d);
+  archive(s.last_input.u), archive(s.last_input.x), archive(s.last_input.xdot), archive(s.last_input.xddot),
+      archive(s.last_input.turned);
+  archive(s.parameter_jump), archive(s.vdot_before_jump);
   auto& x = s.state;
   archive(x.time), archive(x.elapsed), archive(x.q), archive(x.v), archive(x.vdot), archive(x.a), archive(x.lambda),
       archive(x.turned);
@@ -113,7 +116,7 @@ class Sizes {
   bool operator==(const Sizes& other) const { return sizes_ == other.sizes_; }
 
  private:
-  std::array<std::size_t, 24> sizes_{};
+  std::array<std::size_t, 32> sizes_{};
   std::size_t count_ = 0;
 };
 

@@ -21,7 +21,7 @@ struct Snapshot {
   std::vector<double> parameters;  // every parameter in the order of the variable table, enumerations as numbers
   State state;
   InputSignal input;
-  Eigen::VectorXd last_input;        // u at the end of the last step, against which jumps are measured
+  Inputs last_input;                 // at the end of the last step, against which jumps are measured
   bool parameter_jump = false;       // a tunable parameter changed since the last step ...
   Eigen::VectorXd vdot_before_jump;  // ... and this was vdot just before
 };

@@ -49,11 +49,11 @@ bool Integrator::initialize(State& s, const InputSignal& input) {
   ConsistentSolver& solver = problem_.solver;
   const VectorXd assembled = s.q;
   coordinates.store(assembled, s.q);
-  VectorXd u(system.input_size()), jerk(system.velocity_size()), V, Vdot;
-  input.value(s.elapsed, u);
+  Inputs u = system.make_inputs();
+  VectorXd jerk(system.velocity_size()), V, Vdot;
+  input.value(s.elapsed, s.turned, u);
   if (!solver.accelerations(s.q, s.v, u, s.vdot, s.lambda)) return false;
-  system.coordinate_values(solver.evaluation(), s.turned);
-  if (!solver.jerk(s.q, s.v, s.vdot, input, s.elapsed, jerk) || !jerk.allFinite()) return false;
+  if (!solver.jerk(s.q, s.v, s.vdot, input, s.turned, s.elapsed, jerk) || !jerk.allFinite()) return false;
   coordinates.to_group(s.q, s.v, s.vdot, V, Vdot);
   coordinates.jerk_to_group(s.q, s.v, s.vdot, jerk);
   s.last_step = problem_.settings.step_size;

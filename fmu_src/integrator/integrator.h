@@ -16,7 +16,7 @@ class Integrator {
 
   // Sizes a State; no values but zeros, unit quaternions and zero counters.
   State make_state() const;
-  // Completes a state whose q and v are consistent: vdot, lambda, angles and what the method remembers.
+  // Completes a state whose q, v and turned are consistent: vdot, lambda and what the method remembers.
   [[nodiscard]] bool initialize(State& state, const InputSignal& input);
   // Adds a jump of vdot (after a jump of inputs or parameters) to all that depends on it.
   void shift_accelerations(State& state, const VectorXd& jump);

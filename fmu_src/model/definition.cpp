@@ -1,11 +1,21 @@
 #include "model/definition.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "model/mechanism.h"
 
 namespace sigmafmu {
+
+std::string key_of(const std::string& name) {
+  std::string key;
+  for (char c : name) {
+    if (c >= 'A' && c <= 'Z') key += '_';
+    key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return key;
+}
 
 Matrix3d axes_with_z(const Vector3d& z) {
   const Vector3d e3 = z.normalized();
@@ -38,6 +48,33 @@ Matrix3d inertia_matrix(const RigidBodyDef& b) {
   return J;
 }
 
+const std::vector<CoordinateKind>& coordinates(JointType type) {
+  using K = CoordinateKind;
+  static const std::vector<CoordinateKind> none, angle = {K::angle}, displacement = {K::displacement},
+                                                 both = {K::angle, K::displacement};
+  switch (type) {
+    case JointType::revolute:
+      return angle;
+    case JointType::prismatic:
+      return displacement;
+    case JointType::cylindrical:
+      return both;
+    default:
+      return none;
+  }
+}
+
+const std::vector<std::string>& joint_type_names() {
+  static const std::vector<std::string> names = {"spherical", "revolute", "universal",
+                                                 "prismatic", "fixed",    "cylindrical"};
+  return names;
+}
+
+std::string constraint_name(const MultibodyDef& d, int constraint) {
+  const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size();
+  return c < joints ? d.joints[c].name : "the drive of " + d.joints[d.drives[c - joints].joint].name;
+}
+
 int MultibodyDef::add(RigidBodyDef body) {
   bodies.push_back(std::move(body));
   return static_cast<int>(bodies.size()) - 1;
@@ -53,6 +90,14 @@ int MultibodyDef::add(SpringDamperDef spring_damper) {
 int MultibodyDef::add(LoadDef load) {
   loads.push_back(std::move(load));
   return static_cast<int>(loads.size()) - 1;
+}
+int MultibodyDef::add(JointSpringDef spring) {
+  joint_springs.push_back(spring);
+  return static_cast<int>(joint_springs.size()) - 1;
+}
+int MultibodyDef::add(DriveDef drive) {
+  drives.push_back(drive);
+  return static_cast<int>(drives.size()) - 1;
 }
 int Mechanism::add(StationDef station) {
   stations.push_back(std::move(station));

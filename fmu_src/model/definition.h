@@ -8,11 +8,14 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "model/elements/elements.h"
 
 namespace sigmafmu {
 
@@ -21,9 +24,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Eigen::VectorXd;
-
-inline constexpr int kGround = -1;
-inline constexpr int kFloatingFrame = -1;
 
 // What makes a body flexible: n nodes and f modes, so that node i is at X_i + Phi_i zeta in B. Everything follows from
 // the nodes, the mass and the inertia of the body as well; its floating frame B need not be in the centre of mass.
@@ -90,7 +90,14 @@ enum class JointType {
   universal,  // origins coincide and y1 is perpendicular to x2 (the two axes of the cross)
   prismatic,  // frames parallel, origin 2 on the z axis of frame 1; displacement along it
   fixed,      // frames coincide
+  cylindrical,  // z axes coincide; angle and displacement as above
 };
+
+// What a joint leaves free along or about the z axis of its frames.
+enum class CoordinateKind { angle, displacement };  // [rad], [m]
+const std::vector<CoordinateKind>& coordinates(JointType type);
+// In the order of the enumeration.
+const std::vector<std::string>& joint_type_names();
 
 struct JointDef {
   std::string name;
@@ -99,35 +106,24 @@ struct JointDef {
   Frame frame1;
   int body2 = kGround;
   Frame frame2;
-  // Angle of a revolute joint, turns included [rad], or displacement of a prismatic one [m], and its rate. They count
-  // where MultibodyDef::held has them; else the bodies tell them.
-  double initial_coordinate = std::numeric_limits<double>::quiet_NaN();
-  double initial_rate = std::numeric_limits<double>::quiet_NaN();
+  // Of each coordinate: angles with their turns [rad], displacements [m], and rates. They count where MultibodyDef::held
+  // has them; else the bodies tell them.
+  static constexpr double kNotSet = std::numeric_limits<double>::quiet_NaN();
+  std::array<double, 2> initial_coordinates = {kNotSet, kNotSet};
+  std::array<double, 2> initial_rates = {kNotSet, kNotSet};
 
-  bool has_coordinate() const { return type == JointType::revolute || type == JointType::prismatic; }
+  int coordinate_count() const { return static_cast<int>(coordinates(type).size()); }
+  bool turns(int coordinate) const { return coordinates(type)[coordinate] == CoordinateKind::angle; }
 };
 
-// Between point1 of body1 and point2 of body2: force on body2 f = -K (p2 - p1) - D (v2 - v1) + f_actuator, with
-// diagonal K [N/m], D [N s/m] and all vectors in W. The points may belong to nodes, as in Frame.
-struct SpringDamperDef {
-  std::string name;
-  int body1 = kGround;
-  Vector3d point1 = Vector3d::Zero();
-  int body2 = kGround;
-  Vector3d point2 = Vector3d::Zero();
-  Vector3d stiffness = Vector3d::Zero();
-  Vector3d damping = Vector3d::Zero();
-  int node1 = kFloatingFrame;
-  int node2 = kFloatingFrame;
-};
-
-// A constant force [N] at B's origin and a constant torque [N m] on a body, both in W.
-struct LoadDef {
-  std::string name;
-  std::string description;
-  int body = 0;
-  Vector3d force = Vector3d::Zero();
-  Vector3d torque = Vector3d::Zero();
+// Prescribes a joint's coordinate: where it is from the start on, or at which rate or acceleration it goes on from its
+// initial value.
+struct DriveDef {
+  enum class Motion { position, rate, acceleration };
+  int joint = 0;
+  int coordinate = 0;  // of the joint
+  Motion motion = Motion::rate;
+  double value = 0;  // [rad] or [m], per s, per s^2
 };
 
 // One of the numbers that a mechanism starts from. Objects are bodies, or joints.
@@ -149,6 +145,8 @@ struct MultibodyDef {
   std::vector<JointDef> joints;
   std::vector<SpringDamperDef> spring_dampers;
   std::vector<LoadDef> loads;
+  std::vector<JointSpringDef> joint_springs;
+  std::vector<DriveDef> drives;
   Vector3d gravity = Vector3d::Zero();  // in W [m/s^2]
   // Initial values that a user has set, each with the one that the definition came with: these stay, the others give
   // way where the joints ask for it.
@@ -159,9 +157,12 @@ struct MultibodyDef {
   int add(JointDef joint);
   int add(SpringDamperDef spring_damper);
   int add(LoadDef load);
+  int add(JointSpringDef spring);
+  int add(DriveDef drive);
 };
 
-// How many components the vector has that a value belongs to: 1 for a joint's, 0 where there is no such value.
+// How many components the vector has that a value belongs to, 0 where there is no such value. Those of a joint are its
+// coordinates.
 int component_count(const MultibodyDef& definition, const InitialValue& what);
 double& initial_value(MultibodyDef& definition, const InitialValue& what);
 double initial_value(const MultibodyDef& definition, const InitialValue& what);
@@ -169,9 +170,13 @@ double initial_value(const MultibodyDef& definition, const InitialValue& what);
 void set_initial_value(MultibodyDef& definition, const InitialValue& what, double value);
 // The definition as it came, with nothing held.
 MultibodyDef without_held_values(const MultibodyDef& definition);
-// The name of the vector that a value belongs to, `body.initialPosition`, or of a joint's scalar; and its unit.
+// The name of the vector that a value belongs to, `body.initialPosition`, or of a joint's scalar,
+// `joint.initialAngle`; and its unit.
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what);
 const char* initial_unit(const MultibodyDef& definition, const InitialValue& what);
+
+// The name of a constraint: joints come first, then drives, each called by its joint.
+std::string constraint_name(const MultibodyDef& definition, int constraint);
 
 // How large the mechanism is [m]: the largest distance of a joint, spring-damper or node from the origin of its body's
 // frame, or the largest radius of gyration.

@@ -23,7 +23,7 @@ double& modal_value(const ModalDef& modal, VectorXd& values, int mode) {
 int component_count(const MultibodyDef& d, const InitialValue& what) {
   const auto object = static_cast<std::size_t>(what.object);
   if (what.object < 0 || object >= (what.of_joint() ? d.joints.size() : d.bodies.size())) return 0;
-  if (what.of_joint()) return d.joints[object].has_coordinate() ? 1 : 0;
+  if (what.of_joint()) return d.joints[object].coordinate_count();
   if (what.kind == Kind::quaternion) return 4;
   if (what.kind != Kind::modal && what.kind != Kind::modal_rate) return 3;
   return d.bodies[object].modal ? d.bodies[object].modal->mode_count() : 0;
@@ -45,9 +45,9 @@ double& initial_value(MultibodyDef& d, const InitialValue& what) {
     case Kind::modal_rate:
       return modal_value(*d.bodies[i].modal, d.bodies[i].modal->initial_rates, c);
     case Kind::joint_coordinate:
-      return d.joints[i].initial_coordinate;
+      return d.joints[i].initial_coordinates[c];
     case Kind::joint_rate:
-      return d.joints[i].initial_rate;
+      return d.joints[i].initial_rates[c];
   }
   throw std::logic_error("no such initial value");
 }
@@ -77,7 +77,7 @@ MultibodyDef without_held_values(const MultibodyDef& definition) {
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what) {
   if (what.of_joint()) {
     const JointDef& joint = definition.joints[what.object];
-    const bool turns = joint.type == JointType::revolute;
+    const bool turns = joint.turns(what.component);
     if (what.kind == Kind::joint_rate) return joint.name + (turns ? ".initialAngularRate" : ".initialRate");
     return joint.name + (turns ? ".initialAngle" : ".initialDisplacement");
   }
@@ -86,7 +86,7 @@ std::string initial_name(const MultibodyDef& definition, const InitialValue& wha
 }
 
 const char* initial_unit(const MultibodyDef& definition, const InitialValue& what) {
-  const bool turns = what.of_joint() && definition.joints[what.object].type == JointType::revolute;
+  const bool turns = what.of_joint() && definition.joints[what.object].turns(what.component);
   switch (what.kind) {
     case Kind::quaternion:
       return "1";

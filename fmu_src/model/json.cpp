@@ -53,6 +53,24 @@ class Writer {
   void list(const std::string& key, const std::vector<T>& xs, const Add&) {
     required(key, xs);
   }
+  template <typename Def>
+  void parameters(const Def& d) {
+    for (const Parameter<Def>& p : Def::parameters()) {
+      const double* x = p.values(const_cast<Def&>(d));  // the accessors serve reading and writing
+      const std::string key = key_of(p.name);
+      if (p.size == 0) {
+        required(key, *x);
+      } else {
+        required(key, std::vector<double>(x, x + p.size));
+      }
+    }
+  }
+  void joint(const std::string& key, int j) {
+    if (j < 0 || j >= static_cast<int>(multibody_.joints.size())) {
+      refuse(joined(path_, key), " is joint ", j, "; the mechanism has no such joint.");
+    }
+    object_[key] = multibody_.joints[j].name;
+  }
   void version(const std::string& key, int number) { object_[key] = number; }
   void body(const std::string& key, int i) { object_[key] = body_name(i, joined(path_, key)); }
   void bodies(const std::string& key, int i, int j) {
@@ -111,9 +129,12 @@ class Writer {
 
 class Reader {
  public:
-  using Bodies = std::map<std::string, int>;
-  Reader(const Json& object, std::string path, Bodies& bodies)
-      : object_(object), path_(std::move(path)), bodies_(bodies) {
+  // By their names, read so far.
+  struct Known {
+    std::map<std::string, int> bodies, joints;
+  };
+  Reader(const Json& object, std::string path, Known& known_elements)
+      : object_(object), path_(std::move(path)), elements_(known_elements) {
     if (!object.is_object()) {
       refuse(path_.empty() ? "The mechanism" : path_, " is ", excerpt(object), "; it must be an object.");
     }
@@ -151,13 +172,38 @@ class Reader {
     std::vector<T> xs;
     optional(key, xs);
     for (T& x : xs) {
-      if constexpr (std::is_same_v<T, RigidBodyDef>) bodies_.emplace(x.name, static_cast<int>(bodies_.size()));
+      if constexpr (std::is_same_v<T, RigidBodyDef>) note(x.name, elements_.bodies);
+      if constexpr (std::is_same_v<T, JointDef>) note(x.name, elements_.joints);
       add(std::move(x));
     }
   }
   void version(const std::string& key, int number) {
     const Json* found = find_required(key);
     if (*found != number) refuse(joined(path_, key), " is ", excerpt(*found), "; it must be ", number, ".");
+  }
+  template <typename Def>
+  void parameters(Def& d) {
+    for (const Parameter<Def>& p : Def::parameters()) {
+      const std::string key = key_of(p.name);
+      const Json* found = find(key);
+      if (!found) continue;
+      const std::string name = joined(path_, key);
+      if (p.size > 0) json::list(*found, name, static_cast<std::size_t>(p.size));
+      for (int i = 0; i < std::max(1, p.size); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        p.values(d)[i] = p.size == 0 ? number(*found, name) : number((*found)[k], at(name, k));
+      }
+    }
+  }
+  void joint(const std::string& key, int& j) {
+    const Json& value = *find_required(key);
+    std::string word;
+    read(value, joined(path_, key), word);
+    const auto found = elements_.joints.find(word);
+    if (found == elements_.joints.end()) {
+      refuse(joined(path_, key), " is ", excerpt(value), "; it must be the name of a joint.");
+    }
+    j = found->second;
   }
   void body(const std::string& key, int& i) { read_body(*find_required(key), joined(path_, key), i); }
   void bodies(const std::string& key, int& i, int& j) {
@@ -189,6 +235,9 @@ class Reader {
   }
 
  private:
+  static void note(const std::string& name, std::map<std::string, int>& known) {
+    known.emplace(name, static_cast<int>(known.size()));
+  }
   const Json* find(const std::string& key) {
     known_.push_back(key);
     const auto found = object_.find(key);
@@ -233,15 +282,15 @@ class Reader {
   }
   template <typename T>
   void read(const Json& value, const std::string& name, T& x) {
-    Reader inner(value, name, bodies_);
+    Reader inner(value, name, elements_);
     visit(inner, x);
     inner.finish();
   }
   void read_body(const Json& value, const std::string& name, int& i) const {
     std::string word;
     read(value, name, word);
-    const auto found = bodies_.find(word);
-    if (found != bodies_.end()) return void(i = found->second);
+    const auto found = elements_.bodies.find(word);
+    if (found != elements_.bodies.end()) return void(i = found->second);
     if (word != kGroundName) refuse(name, " is ", excerpt(value), "; it must be the name of a body or ground.");
     i = kGround;
   }
@@ -261,7 +310,7 @@ class Reader {
 
   const Json& object_;
   const std::string path_;
-  Bodies& bodies_;  // read so far
+  Known& elements_;
   std::vector<std::string> known_;
 };
 
@@ -304,9 +353,9 @@ std::string to_json(const Mechanism& mechanism) try {
 
 Mechanism from_json(const std::string& text) try {
   Mechanism mechanism;
-  json::Reader::Bodies bodies;
+  json::Reader::Known elements;
   const json::Json content = json::parse_json(text, "The mechanism is no JSON: ");
-  json::Reader reader(content, "", bodies);
+  json::Reader reader(content, "", elements);
   json::visit(reader, mechanism);
   reader.finish();
   return mechanism;

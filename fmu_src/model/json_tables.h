@@ -4,7 +4,8 @@
 //   optional(key, x)            one that may be left out: x keeps its default; a third argument false: not written
 //   choice(key, x, words, n)    an enumeration by the names of its values n, n + 1, ...; optional_choice
 //   list(key, xs, add)          a list of structs, each read one given to add
-//   body(key, i), bodies(key, i, j), held(key, definition)
+//   parameters(x)               those of a force, which may be left out
+//   body(key, i), bodies(key, i, j), joint(key, i), held(key, definition)
 //
 // Keys are those of the files that users write, where these have the same thing.
 #pragma once
@@ -77,35 +78,38 @@ void visit(Archive& archive, Any& d) {
 template <typename Archive, typename Any, If<JointDef, Any> = 0>
 void visit(Archive& archive, Any& d) {
   archive.required("name", d.name);
-  archive.choice("type", d.type, {"spherical", "revolute", "universal", "prismatic", "fixed"}, 0);
+  archive.choice("type", d.type, joint_type_names(), 0);
   archive.bodies("bodies", d.body1, d.body2);
   archive.optional("frame1", d.frame1);
   archive.optional("frame2", d.frame2);
-  archive.optional("coordinate", d.initial_coordinate, !std::isnan(d.initial_coordinate));
-  archive.optional("rate", d.initial_rate, !std::isnan(d.initial_rate));
+  // A joint with two of them has a key for each: an angle's is the shorter one.
+  const auto& kinds = coordinates(d.type);
+  const char* coordinate_keys[] = {"coordinate", "displacement"};
+  const char* rate_keys[] = {"rate", "displacement_rate"};
+  for (std::size_t c = 0; c < kinds.size(); ++c) {
+    archive.optional(coordinate_keys[c], d.initial_coordinates[c], !std::isnan(d.initial_coordinates[c]));
+    archive.optional(rate_keys[c], d.initial_rates[c], !std::isnan(d.initial_rates[c]));
+  }
 }
 
-template <typename Archive, typename Any, If<SpringDamperDef, Any> = 0>
+// A force; its type where a list holds several.
+template <typename Archive, typename Any, typename Def = std::remove_const_t<Any>,
+          std::enable_if_t<std::is_class_v<typename std::remove_reference_t<decltype(Def::parameters())>>, int> = 0>
 void visit(Archive& archive, Any& d) {
-  archive.required("name", d.name);
-  int type = 0;
-  archive.choice("type", type, {"spring_damper"}, 0);
-  archive.bodies("bodies", d.body1, d.body2);
-  archive.optional("point1", d.point1);
-  archive.optional("point2", d.point2);
-  archive.optional("stiffness", d.stiffness);
-  archive.optional("damping", d.damping);
-  archive.optional("node1", d.node1, d.node1 != kFloatingFrame);
-  archive.optional("node2", d.node2, d.node2 != kFloatingFrame);
+  if constexpr (HasName<Def>::value) archive.required("name", d.name);
+  if constexpr (Def::kType != nullptr) {
+    int type = 0;
+    archive.choice("type", type, {Def::kType}, 0);
+  }
+  Def::visit(archive, d);
 }
 
-template <typename Archive, typename Any, If<LoadDef, Any> = 0>
+template <typename Archive, typename Any, If<DriveDef, Any> = 0>
 void visit(Archive& archive, Any& d) {
-  archive.required("name", d.name);
-  archive.optional("description", d.description);
-  archive.body("body", d.body);
-  archive.optional("force", d.force);
-  archive.optional("torque", d.torque);
+  archive.joint("joint", d.joint);
+  archive.optional("coordinate", d.coordinate);
+  archive.choice("motion", d.motion, {"position", "rate", "acceleration"}, 0);
+  archive.required("value", d.value);
 }
 
 template <typename Archive, typename Any, If<StationDef, Any> = 0>
@@ -142,8 +146,8 @@ void visit(Archive& archive, Any& d) {
   archive.optional("gravity", m.gravity);
   archive.list("bodies", m.bodies, add);
   archive.list("joints", m.joints, add);
-  archive.list("forces", m.spring_dampers, add);
-  archive.list("loads", m.loads, add);
+  for_each_force_list(m, [&](const char* key, auto& forces) { archive.list(key, forces, add); });
+  archive.list("drives", m.drives, add);
   archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
   archive.optional("integrator", d.integrator);
   archive.optional("experiment", Group{[&](auto& a) {

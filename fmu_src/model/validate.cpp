@@ -3,49 +3,13 @@
 #include "model/mechanism.h"
 #include "model/names.h"
 #include "model/settings_table.h"
+#include "model/units.h"
 #include "model/validation.h"
 
 namespace sigmafmu {
 namespace {
 
 using namespace validation;
-
-// The bodies of one definition, to which its other elements refer.
-class Bodies {
- public:
-  explicit Bodies(const MultibodyDef& d) : bodies_(d.bodies) {}
-
-  void check(const std::string& name, int body) const {
-    if (body < kGround || body >= size()) {
-      fail(name, " refers to body ", body, "; allowed are -1 (ground) to ", size() - 1, ".");
-    }
-  }
-  void check_pair(const std::string& name, int body1, int body2) const {
-    check(name, body1), check(name, body2);
-    if (body1 == body2) fail(name, " connects ", this->name(body1), " with itself; it must connect two bodies.");
-  }
-  void check_not_ground(const std::string& name, const char* verb, int body) const {
-    if (body < 0 || body >= size()) fail(name, " ", verb, " body ", body, "; allowed are 0 to ", size() - 1, ".");
-  }
-  void check_node(const std::string& name, int body, int node) const {
-    if (node == kFloatingFrame) return;
-    if (!is_flexible(body)) {
-      fail(name, " attaches to node ", node, " of ", this->name(body),
-           ", which is not flexible; allowed is -1 (no node).");
-    }
-    if (node < 0 || node >= nodes(body)) {
-      fail(name, " attaches to node ", node, " of ", this->name(body), "; allowed are -1 (floating frame) to ",
-           nodes(body) - 1, ".");
-    }
-  }
-  bool is_flexible(int body) const { return body != kGround && bodies_[body].modal; }
-  int nodes(int body) const { return bodies_[body].modal->node_count(); }
-  std::string name(int body) const { return body == kGround ? "the ground" : bodies_[body].name; }
-
- private:
-  int size() const { return static_cast<int>(bodies_.size()); }
-  const std::vector<RigidBodyDef>& bodies_;
-};
 
 bool is_rotation(const Matrix3d& R) {
   return (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && R.determinant() > 0;
@@ -65,36 +29,48 @@ void validate_frame(const std::string& name, const Frame& frame) {
 void validate_joint(const JointDef& j) {
   validate_frame(j.name + ".frame1", j.frame1);
   validate_frame(j.name + ".frame2", j.frame2);
-  for (double x : {j.initial_coordinate, j.initial_rate}) {
-    if (std::isnan(x)) continue;  // not set
-    if (!j.has_coordinate()) fail(j.name, " has the initial value ", x, "; joints of its type must not have one.");
-    if (!std::isfinite(x)) fail(j.name, " has the initial value ", x, "; it must be finite.");
+  for (const auto& values : {j.initial_coordinates, j.initial_rates}) {
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      const double x = values[c];
+      if (std::isnan(x)) continue;  // not set
+      if (static_cast<int>(c) >= j.coordinate_count()) {
+        fail(j.name, " has the initial value ", x, "; joints of its type must not have ", c == 0 ? "one." : "a second.");
+      }
+      if (!std::isfinite(x)) fail(j.name, " has the initial value ", x, "; it must be finite.");
+    }
   }
 }
 
-void validate_spring_damper(const SpringDamperDef& s) {
+// The parameters of a force against what their types allow.
+template <typename Def>
+void validate_force(const MultibodyDef& d, const Def& force) {
+  for (const Parameter<Def>& p : Def::parameters()) {
+    const RealType& type = real_type(type_of(d, force, p));
+    const double* values = p.values(const_cast<Def&>(force));  // the accessors serve reading and writing
+    for (int i = 0; i < std::max(1, p.size); ++i) {
+      const bool finite = std::isfinite(values[i]);
+      if (finite && values[i] >= type.min && values[i] <= type.max) continue;
+      const std::string component = p.size > 0 ? "[" + std::to_string(i + 1) + "]" : "";
+      fail(variable_name(d, force, p.name), component, " is ", values[i], " ", type.unit,
+           finite ? "; it must not be negative." : "; it must be finite.");
+    }
+  }
+}
+
+void validate_points(const SpringDamperDef& s) {
   require_finite(s.name + ".point1", s.point1, "m");
   require_finite(s.name + ".point2", s.point2, "m");
-  require_finite(s.name + ".stiffness", s.stiffness, "N/m");
-  require_finite(s.name + ".damping", s.damping, "N.s/m");
-  for (int i = 0; i < 3; ++i) {
-    if (s.stiffness[i] < 0) {
-      fail(s.name, ".stiffness[", i + 1, "] is ", s.stiffness[i], " N/m; it must not be negative.");
-    }
-    if (s.damping[i] < 0) {
-      fail(s.name, ".damping[", i + 1, "] is ", s.damping[i], " N.s/m; it must not be negative.");
-    }
+}
+
+void validate_drive(const MultibodyDef& d, const DriveDef& drive) {
+  if (!std::isfinite(drive.value)) {
+    fail("The value of the drive of ", d.joints[drive.joint].name, " is ", drive.value, "; it must be finite.");
   }
 }
 
-void validate_load(const LoadDef& load) {
-  require_finite(load.name + ".force", load.force, "N");
-  require_finite(load.name + ".torque", load.torque, "N.m");
-}
-
-void validate_station(const StationDef& s, const Bodies& bodies) {
-  bodies.check_not_ground(s.name, "is a point of", s.body);
-  const std::string body = bodies.name(s.body);
+void validate_station(const StationDef& s, const References& bodies) {
+  bodies.not_ground(s.name, "is a point of", s.body);
+  const std::string body = bodies.name_of(s.body);
   if (!bodies.is_flexible(s.body)) fail(s.name, " is a point of ", body, "; it must be one of a flexible body.");
   if (s.nodes.empty()) fail(s.name, " has no nodes of ", body, "; there must be at least one.");
   for (int node : s.nodes) {
@@ -105,6 +81,17 @@ void validate_station(const StationDef& s, const Bodies& bodies) {
     const double length = s.deflection_axes[i].norm();
     if (std::abs(length - 1) < 1e-9) continue;
     fail(s.name, ".deflectionAxes[", i + 1, "] has the length ", length, "; it must be 1.");
+  }
+}
+
+// No coordinate has two of these.
+template <typename Def>
+void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, const char* what) {
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (elements[i].joint != elements[k].joint || elements[i].coordinate != elements[k].coordinate) continue;
+      fail(d.joints[elements[i].joint].name, " has two ", what, " on the same coordinate; one is allowed.");
+    }
   }
 }
 
@@ -124,8 +111,10 @@ void validate_names(const MultibodyDef& d, const std::vector<StationDef>& statio
   };
   add(d.bodies, "body");
   add(d.joints, "joint");
-  add(d.spring_dampers, "spring-damper");
-  add(d.loads, "load");
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    using Def = typename std::decay_t<decltype(forces)>::value_type;
+    if constexpr (HasName<Def>::value) add(forces, Def::kKind);
+  });
   add(stations, "station");
   names.check_variables();
 }
@@ -143,18 +132,18 @@ void validation::validate_structure(const MultibodyDef& d) {
   for (const RigidBodyDef& b : d.bodies) {
     if (b.modal) validate_modal(b.name, *b.modal);
   }
-  const Bodies bodies(d);
+  const References of(d);
   for (const JointDef& j : d.joints) {
-    bodies.check_pair(j.name, j.body1, j.body2);
-    bodies.check_node(j.name, j.body1, j.frame1.node);
-    bodies.check_node(j.name, j.body2, j.frame2.node);
+    of.pair(j.name, j.body1, j.body2);
+    of.node(j.name, j.body1, j.frame1.node);
+    of.node(j.name, j.body2, j.frame2.node);
   }
-  for (const SpringDamperDef& s : d.spring_dampers) {
-    bodies.check_pair(s.name, s.body1, s.body2);
-    bodies.check_node(s.name, s.body1, s.node1);
-    bodies.check_node(s.name, s.body2, s.node2);
-  }
-  for (const LoadDef& load : d.loads) bodies.check_not_ground(load.name, "acts on", load.body);
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    for (const auto& force : forces) force.check(of);
+  });
+  for (const DriveDef& drive : d.drives) of.coordinate("A drive", drive.joint, drive.coordinate);
+  validate_once(d.joint_springs, d, "springs");
+  validate_once(d.drives, d, "drives");
   validate_held(d);
 }
 
@@ -163,8 +152,11 @@ void validate(const MultibodyDef& d) {
   require_finite("gravity", d.gravity, "m/s2");
   for (const auto& x : d.bodies) validate_body(x);
   for (const auto& x : d.joints) validate_joint(x);
-  for (const auto& x : d.spring_dampers) validate_spring_damper(x);
-  for (const auto& x : d.loads) validate_load(x);
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    for (const auto& force : forces) validate_force(d, force);
+  });
+  for (const auto& x : d.spring_dampers) validate_points(x);
+  for (const auto& x : d.drives) validate_drive(d, x);
 }
 
 void validate(const IntegratorSettings& settings) {
@@ -190,7 +182,7 @@ void validate(const Mechanism& m) {
   }
   validate(m.multibody);
   validate_names(m.multibody, m.stations);
-  for (const StationDef& s : m.stations) validate_station(s, Bodies(m.multibody));
+  for (const StationDef& s : m.stations) validate_station(s, References(m.multibody));
   validate(m.integrator);
   require_positive("The stop time of the experiment", m.stop_time);
   require_positive("The communication step of the experiment", m.communication_step);

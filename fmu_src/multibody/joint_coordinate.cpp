@@ -7,6 +7,7 @@
 namespace sigmafmu {
 namespace {
 
+constexpr double kTwoPi = 6.28318530717958647692;
 enum Axis { x, y, z };
 
 }  // namespace
@@ -17,6 +18,11 @@ double JointCoordinate::value(const Kinematics& k) const {
   return std::atan2(frame1_.axes.col(y).dot(x2), frame1_.axes.col(x).dot(x2));
 }
 
+double JointCoordinate::value_near(const Kinematics& k, double near) const {
+  const double c = value(k);
+  return is_angle() ? c + kTwoPi * std::round((near - c) / kTwoPi) : c;
+}
+
 double JointCoordinate::rate(const Kinematics& k) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   const Vector3d n1 = frame1_.axes.col(z);
@@ -25,7 +31,7 @@ double JointCoordinate::rate(const Kinematics& k) const {
     return n.dot(k2.v_WB - k1.v_WB) + k1.w_WB_B.dot(n1.cross(along_.seen_from_1(k1, k2))) +
            k2.w_WB_B.dot(frame2_.origin.cross(k2.R_WB.transpose() * n));
   }
-  return n1.dot(k1.R_WB.transpose() * (k2.R_WB * k2.w_WB_B) - k1.w_WB_B);
+  return frame2_.axes.col(z).dot(k2.w_WB_B) - n1.dot(k1.w_WB_B);
 }
 
 void JointCoordinate::add_force(const Kinematics& k, double f, const FrameForces& r) const {

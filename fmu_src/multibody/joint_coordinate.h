@@ -12,7 +12,7 @@ namespace sigmafmu {
 
 class JointCoordinate {
  public:
-  enum class Kind { angle, displacement };
+  using Kind = CoordinateKind;
 
   JointCoordinate(Kind kind, const Frame& frame1, const Frame& frame2)
       : kind_(kind), frame1_(frame1), frame2_(frame2), along_{frame1.axes.col(2), frame1.origin, frame2.origin} {}
@@ -21,7 +21,9 @@ class JointCoordinate {
   bool is_angle() const { return kind_ == Kind::angle; }
   // [rad] in (-pi, pi] or [m].
   double value(const Kinematics& k) const;
-  // [rad/s] or [m/s].
+  // The same with the turns that bring it nearest to a value.
+  double value_near(const Kinematics& k, double near) const;
+  // B v [rad/s] or [m/s].
   double rate(const Kinematics& k) const;
   // r -= B^T f for a torque [N m] or force [N] f along the coordinate, B = d(rate)/dv.
   void add_force(const Kinematics& k, double f, const FrameForces& r) const;

@@ -18,7 +18,7 @@ void System::set_values(const MultibodyDef& d) {
   gravity_ = d.gravity;
 }
 
-void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const {
+void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Evaluation& e) const {
   for (int i = 0; i < body_count(); ++i) {
     const double* qi = q.data() + kPositionsPerBody * i;
     const double* vi = v.data() + kVelocitiesPerBody * i;
@@ -41,13 +41,13 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const
     evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
   for (const auto& [element, at, first, rows] : constraints_) {
-    element->evaluate(e.t, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
+    element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
   }
   pull_back_rows(e);
 }
 
-void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u,
+void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const Inputs& u,
                       VectorXd& r) const {
   for (const auto& [i, body] : rigid_) {
     Segment6 ri(r.data() + kVelocitiesPerBody * i);
@@ -62,15 +62,15 @@ void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambd
     body.add_residual(e.frames[i], e.flexible[f], vdot.data() + pose, vdot.data() + modes, gravity_, r.data() + pose,
                       r.data() + modes);
   }
-  for (int k = 0; k < kVelocitiesPerBody * body_count(); ++k) r[k] -= u[k];
+  for (int k = 0; k < kVelocitiesPerBody * body_count(); ++k) r[k] -= u.u[k];
   add_gradient_times(e, lambda, r);
-  for (const auto& [element, at, input] : forces_) {
+  for (const auto& [element, at] : forces_) {
     if (!at.at_node) {
-      element->add(kinematics(e, at), u.data() + input, {r.data(), at.force.data()});
+      element->add(kinematics(e, at), u, {r.data(), at.force.data()});
       continue;
     }
     e.frame_forces.setZero();
-    element->add(kinematics(e, at), u.data() + input, {e.frame_forces.data(), at.force.data()});
+    element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_forces(at, e, r);
   }
 }
@@ -108,14 +108,14 @@ void System::subtract_rows_times(const VectorXd& rows, const double* v, VectorXd
   }
 }
 
-void System::constraint_rates(Evaluation& e) const {
+void System::constraint_rates(const Inputs& u, Evaluation& e) const {
   for (const auto& [element, at, first, rows] : constraints_) {
-    element->rates(e.t, kinematics(e, at), FrameRows(e.Z.data() + rows, element->equations()), e.W.data() + first);
+    element->rates(u, kinematics(e, at), FrameRows(e.Z.data() + rows, element->equations()), e.W.data() + first);
   }
   pull_back_rates(e);
 }
 
-void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, Evaluation& e) const {
+void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Inputs& u, Evaluation& e) const {
   e.C.setZero();
   e.K.setZero();
   for (const auto& [i, body] : rigid_) {  // their M is constant
@@ -132,7 +132,7 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Vecto
       e.frame_K.setZero();
       e.frame_C.setZero();
     }
-    element->stiffness(e.t, kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
+    element->stiffness(kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
     if (!at.at_node) continue;
     const int m = element->equations();
     for (int i = 0; i < at.count(); ++i) {
@@ -141,15 +141,15 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Vecto
     }
     pull_back_pairs(at, e);
   }
-  for (const auto& [element, at, input] : forces_) {
+  for (const auto& [element, at] : forces_) {
     if (at.at_node) {
       e.frame_K.setZero();
       e.frame_C.setZero();
     }
-    element->linearize(kinematics(e, at), u.data() + input, pairs(at, e.K, e.frame_K), pairs(at, e.C, e.frame_C));
+    element->linearize(kinematics(e, at), u, pairs(at, e.K, e.frame_K), pairs(at, e.C, e.frame_C));
     if (!at.at_node) continue;
     e.frame_forces.setZero();
-    element->add(kinematics(e, at), u.data() + input, {e.frame_forces.data(), at.force.data()});
+    element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_pairs(at, e);
   }
 }
@@ -163,13 +163,13 @@ double System::kinetic_energy(const Evaluation& e) const {
   return energy;
 }
 
-double System::potential_energy(const Evaluation& e) const {
+double System::potential_energy(const Evaluation& e, const Inputs& u) const {
   double energy = 0;
   for (const auto& [i, body] : rigid_) energy -= body.mass * gravity_.dot(e.frames[i].p_WB);
   for (int f = 0; f < flexible_count(); ++f) {
     energy += flexible(f).potential_energy(e.frames[flexible_body(f)], e.flexible[f], gravity_);
   }
-  for (const AttachedForce& force : forces_) energy += force.element->energy(kinematics(e, force.at));
+  for (const AttachedForce& force : forces_) energy += force.element->energy(kinematics(e, force.at), u);
   return energy;
 }
 
@@ -212,8 +212,14 @@ void System::count_turns(const Evaluation& e, double h, VectorXd& coordinates) c
   }
 }
 
-Kinematics System::spring_damper_kinematics(const Evaluation& e, int s) const {
-  return kinematics(e, forces_[spring_damper_force_[s]].at);
+Stiffest System::stiffest() const {
+  Stiffest sum;
+  for (const AttachedForce& force : forces_) {
+    const Stiffest one = force.element->stiffest();
+    sum.translation += one.translation;
+    sum.rotation += one.rotation;
+  }
+  return sum;
 }
 
 Vector3d System::node_position(const Evaluation& e, int body, int node) const {

@@ -8,7 +8,7 @@
 //
 // For n bodies q has the 7 n positions of their frames, then all modal coordinates, v the 6 n velocities of the frames,
 // then all modal rates, flexible body after flexible body. lambda has constraint_size() entries, constraint after
-// constraint; u has input_size().
+// constraint.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,15 +17,15 @@
 
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
+#include "multibody/constraints/drive.h"
 #include "multibody/constraints/joint.h"
-#include "multibody/forces/spring_damper.h"
+#include "multibody/forces/force.h"
 #include "multibody/frame.h"
 #include "multibody/pattern.h"
 
 namespace sigmafmu {
 
 struct Evaluation {
-  double t = 0;
   std::vector<FrameKinematics> frames;  // of the bodies, the ground, the nodes
   VectorXd phi, phidot, W;              // Phi, Phi' and d(Phi')/dt, laid out as lambda
   VectorXd B, Z;                        // by BlockPattern::Incidence::offset, among rows by frames
@@ -51,6 +51,7 @@ class System {
   int velocity_size() const { return kVelocitiesPerBody * body_count() + modal_count_; }
   int constraint_size() const { return constraint_size_; }
   int input_size() const { return input_size_; }
+  int drive_count() const { return static_cast<int>(drives_.size()); }
   double size() const { return size_; }  // of the mechanism [m]
   const BlockPattern& pattern() const { return pattern_; }
 
@@ -78,6 +79,9 @@ class System {
   // Joints are the first constraints.
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const Joint& joint(int j) const { return *joints_[j]; }
+  // Then come the drives.
+  const Drive& drive(int d) const { return *drives_[d]; }
+  int drive_lambda_index(int d) const { return lambda_index(joint_count() + d); }
   bool axes_agree(const Evaluation& e, int joint) const;
   // Force and torque on body 2 (the node, where it attaches to one), in W.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
@@ -93,25 +97,26 @@ class System {
   // From all coordinates a time h [s] before to those now: angles take the turn nearest to what their rates predict.
   void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
 
-  int spring_damper_count() const { return static_cast<int>(spring_dampers_.size()); }
-  const SpringDamper& spring_damper(int s) const { return *spring_dampers_[s]; }
-  Kinematics spring_damper_kinematics(const Evaluation& e, int s) const;
-
-  // First entry of an input in u: body force (W) and torque (B); motor of a coordinate; actuator force (W).
+  // First those of for_each_force_list, type after type, then a motor for each coordinate.
+  int force_count() const { return static_cast<int>(forces_.size()); }
+  const Force& force(int f) const { return *forces_[f].element; }
+  Kinematics force_kinematics(const Evaluation& e, int f) const { return kinematics(e, forces_[f].at); }
+  const Force& motor(int coordinate) const { return force(force_count() - coordinate_count() + coordinate); }
+  // The force (W) and the torque (B) on a body in u.
   int force_index(int body) const { return 6 * body; }
-  int motor_index(int coordinate) const { return coordinates_[coordinate].motor; }
-  int actuator_index(int spring_damper) const { return actuator_index_[spring_damper]; }
 
   Evaluation make_evaluation() const;
+  Inputs make_inputs() const { return {input_size(), drive_count(), coordinate_count()}; }
+  InputSignal make_signal() const { return {input_size(), drive_count()}; }
 
-  // 1. Kinematics, M, Phi, B and Phi' at (q, v). All that follows uses them.
-  void evaluate(const VectorXd& q, const VectorXd& v, Evaluation& e) const;
+  // 1. Kinematics, M, Phi, B and Phi' at (q, v) and what drives prescribe. All that follows uses them.
+  void evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Evaluation& e) const;
   // 2. r = M vdot + g + B^T lambda.
-  void residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, VectorXd& r) const;
+  void residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const Inputs& u, VectorXd& r) const;
   // 3. Z and W of every constraint.
-  void constraint_rates(Evaluation& e) const;
+  void constraint_rates(const Inputs& u, Evaluation& e) const;
   // 4. C and K, d(M vdot)/d(motion) included.
-  void linearize(const VectorXd& vdot, const VectorXd& lambda, const VectorXd& u, Evaluation& e) const;
+  void linearize(const VectorXd& vdot, const VectorXd& lambda, const Inputs& u, Evaluation& e) const;
 
   // out := B^T lambda or out += B^T lambda.
   void gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const {
@@ -127,7 +132,8 @@ class System {
   double velocity_residual(const Evaluation& e) const { return largest(e.phidot); }
   double kinetic_energy(const Evaluation& e) const;  // [J]
   // Gravity (zero at W's origin), springs and deformation [J].
-  double potential_energy(const Evaluation& e) const;
+  double potential_energy(const Evaluation& e, const Inputs& u) const;
+  Stiffest stiffest() const;  // sums of all forces
 
   const FrameKinematics& kinematics(const Evaluation& e, int body) const {
     return e.frames[body == kGround ? body_count() : body];
@@ -167,12 +173,10 @@ class System {
   struct AttachedForce {
     std::unique_ptr<Force> element;
     Attachment at;
-    int input;  // first one
   };
   struct AttachedCoordinate {
     JointCoordinate coordinate;
     Attachment at;
-    int motor = -1;
   };
   // Rows for a frame at a node, and those for pose and modes that they make.
   struct PulledRows {
@@ -220,10 +224,9 @@ class System {
   std::vector<PulledRows> pulled_rows_;
   std::vector<AttachedForce> forces_;
   std::vector<AttachedCoordinate> coordinates_;
-  std::vector<int> coordinate_index_, actuator_index_;
+  std::vector<int> coordinate_index_;
   std::vector<const Joint*> joints_;
-  std::vector<const SpringDamper*> spring_dampers_;
-  std::vector<int> spring_damper_force_;  // which of the forces
+  std::vector<const Drive*> drives_;
 };
 
 }  // namespace sigmafmu

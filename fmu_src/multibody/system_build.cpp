@@ -3,8 +3,10 @@
 #include <map>
 
 #include "multibody/bodies/rigid_body_inline.h"
+#include "multibody/forces/joint_spring.h"
 #include "multibody/forces/load.h"
 #include "multibody/forces/motor.h"
+#include "multibody/forces/spring_damper.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {
@@ -18,13 +20,11 @@ class System::Builder {
     s_.input_size_ = kVelocitiesPerBody * s_.body_count_;
     s_.node_frames_.push_back({kGround, -1, -1});
     for (const JointDef& joint : definition_.joints) this->joint(joint);
-    for (std::size_t l = 0; l < definition_.loads.size(); ++l) {
-      force(std::make_unique<Load>(static_cast<int>(l)), {frame(definition_.loads[l].body, kFloatingFrame)});
-    }
-    for (AttachedCoordinate& coordinate : s_.coordinates_) {
-      coordinate.motor = force(std::make_unique<Motor>(coordinate.coordinate), coordinate.at.frames);
-    }
-    for (const SpringDamperDef& spring_damper : definition_.spring_dampers) this->spring_damper(spring_damper);
+    for (const DriveDef& drive : definition_.drives) this->drive(drive);
+    for_each_force_list(definition_, [&](const char*, const auto& forces) {
+      for (std::size_t i = 0; i < forces.size(); ++i) force(forces[i], static_cast<int>(i));
+    });
+    for (const AttachedCoordinate& c : s_.coordinates_) force(std::make_unique<Motor>(c.coordinate), c.at.frames);
   }
 
  private:
@@ -139,12 +139,10 @@ class System::Builder {
     return c;
   }
 
-  // The index of its first input.
-  int force(std::unique_ptr<Force> element, const std::vector<int>& frames) {
-    const int input = s_.input_size_;
+  void force(std::unique_ptr<Force> element, const std::vector<int>& frames) {
+    element->set_first_input(s_.input_size_);
     s_.input_size_ += element->input_count();
-    s_.forces_.push_back({std::move(element), attach(frames, true), input});
-    return input;
+    s_.forces_.push_back({std::move(element), attach(frames, true)});
   }
 
   void joint(const JointDef& d) {
@@ -153,16 +151,27 @@ class System::Builder {
     s_.joints_.push_back(element.get());
     s_.coordinate_index_.push_back(s_.coordinate_count());
     for (const JointCoordinate& coordinate : element->coordinates()) {
-      s_.coordinates_.push_back({coordinate, {frames, false, {}, {}, {}, {}}, -1});
+      s_.coordinates_.push_back({coordinate, {frames, false, {}, {}, {}, {}}});
     }
     constraint(std::move(element), frames);
   }
 
-  void spring_damper(const SpringDamperDef& d) {
-    auto element = std::make_unique<SpringDamper>(d, static_cast<int>(s_.spring_dampers_.size()));
-    s_.spring_dampers_.push_back(element.get());
-    s_.spring_damper_force_.push_back(static_cast<int>(s_.forces_.size()));
-    s_.actuator_index_.push_back(force(std::move(element), {frame(d.body1, d.node1), frame(d.body2, d.node2)}));
+  void drive(const DriveDef& d) {
+    const AttachedCoordinate& coordinate = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
+    auto element = std::make_unique<Drive>(coordinate.coordinate, s_.drive_count());
+    s_.drives_.push_back(element.get());
+    constraint(std::move(element), coordinate.at.frames);
+  }
+
+  // One for each type of force.
+  void force(const LoadDef& d, int index) { force(std::make_unique<Load>(index), {frame(d.body, kFloatingFrame)}); }
+  void force(const SpringDamperDef& d, int index) {
+    force(std::make_unique<SpringDamper>(d, index), {frame(d.body1, d.node1), frame(d.body2, d.node2)});
+  }
+  void force(const JointSpringDef& d, int index) {
+    const int c = s_.coordinate_index_[d.joint] + d.coordinate;
+    const auto& [coordinate, at] = s_.coordinates_[c];
+    force(std::make_unique<JointSpring>(coordinate, c, index), at.frames);
   }
 
   System& s_;

@@ -28,7 +28,8 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     : system_(system),
       evaluation_(system.make_evaluation()),
       lu_(plans.get(system.pattern(), Kkt::index1)),
-      factorization_(lu_->make_factorization()) {
+      factorization_(lu_->make_factorization()),
+      u_(system.make_inputs()) {
   const BlockPattern& pattern = system.pattern();
   for (int p = 0; p < pattern.inertia_pairs; ++p) {
     pairs_.push_back(lu_->handle(pattern.pairs[p].row, pattern.pairs[p].column));
@@ -40,7 +41,6 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
-  u_.setZero(system.input_size());
   x_.setZero(n + system.constraint_size());
   q_s_.setZero(system.position_size());
 }
@@ -70,10 +70,10 @@ bool ConsistentSolver::factorize() {
 
 void ConsistentSolver::solve() { lu_->solve(factorization_, x_.data()); }
 
-bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const Inputs& u, VectorXd& vdot,
                                      VectorXd& lambda) {
-  system_.evaluate(q, v, evaluation_);
-  system_.constraint_rates(evaluation_);
+  system_.evaluate(q, v, u, evaluation_);
+  system_.constraint_rates(u, evaluation_);
   singular_ = !factorize();
   if (singular_) return false;
   system_.residual(evaluation_, zero_velocity_, zero_lambda_, u, r_);
@@ -98,7 +98,7 @@ double ConsistentSolver::constraint_defect() {
 }
 
 // Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains.
-bool ConsistentSolver::refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambda) {
+bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
   constexpr int kMaxRefinements = 20;
   constexpr double kTolerableDefect = 1e-8;
   double driving = 0;  // an acceleration that the forces can give to the heaviest body
@@ -144,35 +144,39 @@ double ConsistentSolver::difference_time(const VectorXd& v) const {
   double w = 1.0;  // [rad/s]
   for (int i = 0; i < system_.body_count(); ++i) w = std::max(w, v.segment<3>(6 * i + 3).norm());
   for (int f = 0; f < system_.flexible_count(); ++f) w = std::max(w, system_.flexible(f).highest_frequency());
-  double stiffness = 0, lightest = INFINITY;
-  for (int k = 0; k < system_.spring_damper_count(); ++k) stiffness += system_.spring_damper(k).stiffness().maxCoeff();
+  double lightest = INFINITY, least_inertia = INFINITY;
   for (int i = 0; i < system_.body_count(); ++i) {
-    if (const RigidBody* body = system_.rigid(i)) lightest = std::min(lightest, body->mass);
+    const RigidBody* body = system_.rigid(i);
+    if (!body) continue;
+    lightest = std::min(lightest, body->mass);
+    least_inertia = std::min(least_inertia, body->J.diagonal().minCoeff());
   }
-  w = std::max(w, 4 * std::sqrt(stiffness / lightest));  // energies swing twice as fast, and bars rock faster still
+  const Stiffest springs = system_.stiffest();  // energies swing twice as fast, and bars rock faster still
+  w = std::max(w, 4 * std::sqrt(springs.translation / lightest));
+  w = std::max(w, 4 * std::sqrt(springs.rotation / least_inertia));
   return 1e-4 / w;
 }
 
 bool ConsistentSolver::jerk(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, const InputSignal& input,
-                            double t, VectorXd& vddot) {
+                            const VectorXd& turned, double t, VectorXd& vddot) {
   const double s = difference_time(v);
   displace(q, v, vdot, -s, q_s_, v_s_);
-  input.value(t - s, u_);
+  input.value(t - s, turned, u_);
   if (!accelerations(q_s_, v_s_, u_, vdot_minus_, lambda_s_)) return false;
   displace(q, v, vdot, s, q_s_, v_s_);
-  input.value(t + s, u_);
+  input.value(t + s, turned, u_);
   if (!accelerations(q_s_, v_s_, u_, vdot_plus_, lambda_s_)) return false;
   vddot = (vdot_plus_ - vdot_minus_) / (2 * s);
   return true;
 }
 
-ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
+ConsistentSolver::Assembly ConsistentSolver::project_positions(const Inputs& u, VectorXd& q) {
   constexpr int kMaxIterations = 50;
   constexpr double kReached = 1e-12, kRounding = 1e-15, kMaxRotation = 0.5;  // [m or 1], [rad]
   Assembly result{true, -1, 0, 0};
   double previous = INFINITY;
   for (;; ++result.iterations) {
-    system_.evaluate(q, zero_velocity_, evaluation_);
+    system_.evaluate(q, zero_velocity_, u, evaluation_);
     result.residual = 0;
     for (int c = 0; c < system_.constraint_count(); ++c) {
       const auto phi = evaluation_.phi.segment(system_.lambda_index(c), system_.constraint(c).equations());
@@ -202,9 +206,9 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(VectorXd& q) {
   }
 }
 
-bool ConsistentSolver::project_velocities(const VectorXd& q, VectorXd& v) {
+bool ConsistentSolver::project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v) {
   for (int repeat = 0; repeat < 2; ++repeat) {  // the second removes the rounding of the first
-    system_.evaluate(q, v, evaluation_);
+    system_.evaluate(q, v, u, evaluation_);
     if (!factorize()) return false;
     motion().setZero();
     multipliers() = -evaluation_.phidot;

@@ -18,7 +18,7 @@ class ConsistentSolver {
   explicit ConsistentSolver(const System& system, KktPlans plans = {});
 
   // vdot and lambda at (q, v, u). False when the matrix is singular to working precision or a value is not finite.
-  [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u, VectorXd& vdot,
+  [[nodiscard]] bool accelerations(const VectorXd& q, const VectorXd& v, const Inputs& u, VectorXd& vdot,
                                    VectorXd& lambda);
   // Whether it was the matrix that made accelerations() fail, and not a value.
   bool singular() const { return singular_; }
@@ -32,7 +32,7 @@ class ConsistentSolver {
   double difference_time(const VectorXd& v) const;
   // d(vdot)/dt along the motion at time t, by central difference.
   [[nodiscard]] bool jerk(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, const InputSignal& input,
-                          double t, VectorXd& vddot);
+                          const VectorXd& turned, double t, VectorXd& vddot);
 
   // Moves q onto Phi(q) = 0; false when it cannot be reached. `worst_joint` is the one with the largest residual.
   struct Assembly {
@@ -41,15 +41,15 @@ class ConsistentSolver {
     double residual;  // largest |Phi| [m or 1]
     int iterations;
   };
-  Assembly project_positions(VectorXd& q);
-  // Moves v onto B(q) v = 0.
-  [[nodiscard]] bool project_velocities(const VectorXd& q, VectorXd& v);
+  Assembly project_positions(const Inputs& u, VectorXd& q);
+  // Moves v onto Phi' = 0.
+  [[nodiscard]] bool project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v);
 
  private:
   bool factorize();
   void solve();
   double constraint_defect();
-  [[nodiscard]] bool refine(const VectorXd& u, VectorXd& vdot, VectorXd& lambda);
+  [[nodiscard]] bool refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda);
   Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
   Eigen::Map<VectorXd> multipliers() { return {x_.data() + system_.velocity_size(), system_.constraint_size()}; }
 
@@ -61,7 +61,8 @@ class ConsistentSolver {
   VectorXd x_, zero_velocity_, zero_lambda_, r_;
   std::vector<int> pairs_, rows_, columns_;  // where blocks of the pattern are in the factorization
   VectorXd gamma_, defect_;                  // -Z v - W and what B vdot misses of it
-  VectorXd u_, q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
+  Inputs u_;
+  VectorXd q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };
 
 }  // namespace sigmafmu

@@ -6,7 +6,7 @@ A "motion" is an increment on R³×SO(3): x + δx in W, R exp(φ) in B.
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -210,7 +210,14 @@ def relative_pose(kind: _core.JointType, free: np.ndarray) -> np.ndarray:
         turn = Rotation.from_rotvec(free[0] * z)
     elif kind == _core.JointType.universal:  # about y of frame 1, then about x of frame 2: y1 stays perpendicular to x2
         turn = Rotation.from_rotvec(free[0] * y) * Rotation.from_rotvec(free[1] * x)
+    elif kind == _core.JointType.cylindrical:
+        return pose(free[1] * z, Rotation.from_rotvec(free[0] * z).as_matrix())
     return pose(free[0] * z if kind == _core.JointType.prismatic else np.zeros(3), turn.as_matrix())
+
+
+COORDINATES = {_core.JointType.revolute: 1, _core.JointType.prismatic: 1, _core.JointType.cylindrical: 2}
+"""How many coordinates a joint has; other types have none."""
+EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4), strict=True))
 
 
 @dataclass
@@ -222,9 +229,10 @@ class Tree:
     joints: list  # (type, body 1, frame 1, body 2, frame 2)
     springs: list  # (body 1, point 1, body 2, point 2, stiffness, damping)
     loads: list  # (body, force, torque)
+    joint_springs: list = field(default_factory=list)  # (joint, coordinate, stiffness, damping, rest)
 
 
-def random_tree(rng: np.random.Generator, bodies: int = 3) -> Tree:
+def random_tree(rng: np.random.Generator, bodies: int = 3, *, joint_springs: bool = True) -> Tree:
     """Each body hangs on one before it or on the ground, by a joint of any type; springs, loads and gravity."""
     tree = Tree(_core.Multibody(), np.zeros(0), [], [], [])
     tree.definition.gravity = rng.uniform(-10, 10, 3)
@@ -250,6 +258,12 @@ def random_tree(rng: np.random.Generator, bodies: int = 3) -> Tree:
     for i in range(2):
         tree.loads.append((int(rng.integers(bodies)), *rng.uniform(-5, 5, (2, 3))))
         tree.definition.add(_core.Load(f"load{i}", *tree.loads[-1]))
+    for i, (kind, *_) in enumerate(tree.joints):
+        for k in range(COORDINATES.get(kind, 0)):
+            if joint_springs and rng.random() < 0.5:
+                stiffness, damping, rest = rng.uniform(0, 5, 3)
+                tree.joint_springs.append((i, k, stiffness, damping, rest))
+                tree.definition.add(_core.JointSpring(i, stiffness, damping, rest, k))
     return tree
 
 

@@ -13,8 +13,10 @@ from sigmafmu import _core
 
 from .clouds import FLOATING, beam, flexible_body, random_cloud
 from .helpers import (
+    COORDINATES,
     DIFFERENCES,
     EPS,
+    EQUATIONS,
     GROUND,
     JOINT_TYPES,
     Rotation,
@@ -287,6 +289,10 @@ def random_tree(rng, kinds, flexible):
     for i in range(2):
         tree.loads.append((int(rng.integers(count)), *rng.uniform(-5, 5, (2, 3))))
         tree.definition.add(_core.Load(f"load{i}", *tree.loads[-1]))
+    for i, kind in enumerate(kinds):
+        for k in range(COORDINATES.get(kind, 0)):
+            if rng.random() < 0.5:
+                tree.definition.add(_core.JointSpring(i, *rng.uniform(0, 5, 3), k))
     return tree
 
 
@@ -325,7 +331,8 @@ def test_mass_damping_and_stiffness_are_derivatives_of_the_residual(kind, seed):
     rng, tree = make_tree(seed, kind)
     system = tree.system()
     size = system.velocity_size
-    q = system.compose(tree.q, 0.3 * rng.uniform(-1, 1, size))
+    # Angles of joints, on which springs act, mean something where the joints' equations hold.
+    q = tree.q if tree.definition.joint_springs else system.compose(tree.q, 0.3 * rng.uniform(-1, 1, size))
     v, vdot = rng.uniform(-1, 1, (2, size))
     multipliers = rng.uniform(-10, 10, system.constraint_size)
     inputs = rng.uniform(-10, 10, system.input_size)
@@ -393,10 +400,13 @@ def power(tree, system, q, v, inputs):
         rate = derivative(gap)
         actuator = inputs[system.actuator_index(i) : system.actuator_index(i) + 3]
         total += actuator @ rate - damping @ rate**2
-    for i in range(len(tree.definition.joints)):
-        if system.motor_index(i) >= 0:
-            rate = derivative(lambda t, i=i: system.coordinate(system.compose(q, t * v), v, i)[0])
-            total += inputs[system.motor_index(i)] * rate
+    for i, joint in enumerate(tree.definition.joints):
+        for k in range(COORDINATES.get(joint.type, 0)):
+            rate = derivative(lambda t, i=i, k=k: system.coordinate(system.compose(q, t * v), v, i, k)[0])
+            total += inputs[system.motor_index(i, k)] * rate
+            for spring in tree.definition.joint_springs:
+                if (spring.joint, spring.coordinate) == (i, k):
+                    total -= spring.damping * rate**2
     return total
 
 
@@ -418,7 +428,7 @@ def test_reaction_is_the_force_on_the_node(seed):
     count = len(tree.definition.bodies)
     row = 0
     for i, joint in enumerate(tree.definition.joints):
-        rows = {Type.spherical: 3, Type.revolute: 5, Type.universal: 4, Type.prismatic: 5, Type.fixed: 6}[joint.type]
+        rows = EQUATIONS[joint.type]
         share = np.zeros_like(multipliers)
         share[row : row + rows] = multipliers[row : row + rows]
         row += rows

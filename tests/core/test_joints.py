@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from sigmafmu import _core
 
 from .helpers import (
+    COORDINATES,
     DIFFERENCES,
     EPS,
+    EQUATIONS,
     GROUND,
     JOINT_TYPES,
     assert_close,
@@ -31,7 +33,6 @@ from .helpers import (
 )
 
 Type = _core.JointType
-EQUATIONS = {Type.spherical: 3, Type.revolute: 5, Type.universal: 4, Type.prismatic: 5, Type.fixed: 6}
 PAIRS = {"ground-body": (GROUND, 0), "body-ground": (0, GROUND), "body-body": (0, 1), "body-body, turned": (1, 0)}
 X, Y, Z = np.eye(3)
 ROUNDING = 40 * EPS  # products of three or four rotations, arms of length 1
@@ -198,6 +199,7 @@ def free_motions(case, q):
         Type.universal: [(zero, one[:, 1]), (zero, two[:, 0])],
         Type.prismatic: [(one[:, 2], zero)],
         Type.fixed: [],
+        Type.cylindrical: [(zero, one[:, 2]), (one[:, 2], zero)],
     }[case.type]
     moving = case.pair[1] if case.pair[1] != GROUND else case.pair[0]
     relative = [case.twist(q, moving, velocity, angular, at) for velocity, angular in free]
@@ -227,7 +229,7 @@ def test_free_motions_are_those_of_the_joint_and_no_others(kind, pair, seed, fre
 
 # --- coordinate and motor --------------------------------------------------------------------------------------------
 
-MEASURED = (Type.revolute, Type.prismatic)
+MEASURED = (Type.revolute, Type.prismatic, Type.cylindrical)
 every_measured_joint = pytest.mark.parametrize("kind", MEASURED, ids=lambda t: t.name)
 
 
@@ -236,8 +238,9 @@ every_measured_joint = pytest.mark.parametrize("kind", MEASURED, ids=lambda t: t
 @property_test(50, seed=seeds, value=st.one_of(st.sampled_from([0.0, 3.14159, -3.14159]), st.floats(-3.14, 3.14)))
 def test_coordinate_is_angle_or_displacement(kind, pair, seed, value):
     case = make(kind, pair, seed)
-    q = case.assembled(relative_pose(kind, (value, 0, 0)))
-    assert case.system.coordinate(q, np.zeros(6 * case.bodies), 0)[0] == pytest.approx(value, abs=ROUNDING)
+    q = case.assembled(relative_pose(kind, (value, 0.5 * value, 0)))
+    found = [case.system.coordinate(q, np.zeros(6 * case.bodies), 0, k)[0] for k in range(COORDINATES[kind])]
+    assert found == pytest.approx([value, 0.5 * value][: COORDINATES[kind]], abs=ROUNDING)
 
 
 def moving(case, free):
@@ -255,8 +258,9 @@ def test_coordinate_rate(kind, pair, seed, value):
     case = make(kind, pair, seed)
     q, v = moving(case, (value, 0, 0))
     assert np.abs(case.system.constraints(q, v)[1]).max() <= ROUNDING
-    expected = derivative(lambda t: case.system.coordinate(case.system.compose(q, t * v), v, 0)[0])
-    assert_close(case.system.coordinate(q, v, 0)[1], expected, DIFFERENCES)
+    for k in range(COORDINATES[kind]):
+        expected = derivative(lambda t, k=k: case.system.coordinate(case.system.compose(q, t * v), v, 0, k)[0])
+        assert_close(case.system.coordinate(q, v, 0, k)[1], expected, DIFFERENCES)
 
 
 @every_pair
@@ -273,22 +277,24 @@ def test_displacement_rate_anywhere(pair, seed):
 @every_pair
 @property_test(50, seed=seeds, value=st.floats(-3.0, 3.0))
 def test_motor_power_is_force_times_rate(kind, pair, seed, value):
-    """Virtual work: what the motor adds to the bodies is its torque (force) times the rate of the coordinate."""
+    """Virtual work: what the motors add to the bodies is their torque (force) times the rate of the coordinate."""
     case = make(kind, pair, seed)
     q, v = moving(case, (value, 0, 0))
     system, zero = case.system, np.zeros(6 * case.bodies)
     multipliers, inputs = np.zeros(system.constraint_size), np.zeros(system.input_size)
     without = system.residual(q, v, zero, multipliers, inputs)
-    inputs[system.motor_index(0)] = 7.0
-    force = without - system.residual(q, v, zero, multipliers, inputs)
-    assert_close(force @ v, 7.0 * system.coordinate(q, v, 0)[1], ROUNDING, scale=10)
+    for k in range(COORDINATES[kind]):
+        inputs[:] = 0.0
+        inputs[system.motor_index(0, k)] = 7.0
+        force = without - system.residual(q, v, zero, multipliers, inputs)
+        assert_close(force @ v, 7.0 * system.coordinate(q, v, 0, k)[1], ROUNDING, scale=10)
 
 
 @every_joint
-def test_only_revolute_and_prismatic_joints_have_a_motor(kind):
+def test_every_coordinate_has_a_motor(kind):
     system = make(kind, (GROUND, 0), 1).system
-    assert (system.motor_index(0) >= 0) == (kind in MEASURED)
-    assert system.input_size == 6 + (kind in MEASURED)
+    assert [system.motor_index(0, k) >= 0 for k in range(2)] == [k < COORDINATES.get(kind, 0) for k in range(2)]
+    assert system.input_size == 6 + COORDINATES.get(kind, 0)
 
 
 # --- reaction --------------------------------------------------------------------------------------------------------
@@ -322,6 +328,8 @@ def test_reaction_is_the_force_on_body_2_and_does_no_work(kind, pair, seed, free
         assert_close(torque @ np.column_stack([one[:, 1], two[:, 0]]), np.zeros(2), ROUNDING, scale=10)
     if kind == Type.prismatic:
         assert_close(force @ one[:, 2], 0.0, ROUNDING, scale=10)
+    if kind == Type.cylindrical:
+        assert_close([force @ one[:, 2], torque @ one[:, 2]], np.zeros(2), ROUNDING, scale=10)
 
 
 # --- frames ----------------------------------------------------------------------------------------------------------

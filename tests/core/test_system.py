@@ -8,6 +8,7 @@ import pytest
 from sigmafmu import _core
 
 from .helpers import (
+    COORDINATES,
     DIFFERENCES,
     EPS,
     GROUND,
@@ -71,10 +72,13 @@ def test_linearization_of_the_mechanisms(model, seed):
 
 @property_test(100, seed=seeds)
 def test_linearization_of_random_mechanisms(seed):
-    """Springs and joints between two bodies, loads and all inputs; away from the configuration of the joints."""
+    """Springs and joints between two bodies, loads and all inputs; away from the configuration of the joints, where
+    angles mean nothing, and in it."""
     rng = np.random.default_rng(seed)
-    tree = random_tree(rng, 1 + seed % 4) if seed % 4 else random_tree(rng, 2)
+    tree = random_tree(rng, 1 + seed % 4 if seed % 4 else 2)
     count = bodies_of(tree.definition)
+    check_linearization(tree.definition, tree.q, rng.uniform(-1, 1, 6 * count), rng, 10.0)
+    tree = random_tree(rng, 1 + seed % 4 if seed % 4 else 2, joint_springs=False)
     check_linearization(tree.definition, random_coordinates(rng, count), rng.uniform(-1, 1, 6 * count), rng, 10.0)
 
 
@@ -156,9 +160,11 @@ def power(tree, system, q, v, inputs):
         rate = point_velocity(q, v, two, point2)[1] - point_velocity(q, v, one, point1)[1]
         actuator = inputs[system.actuator_index(i) : system.actuator_index(i) + 3]
         total += actuator @ rate - damping @ rate**2
-    for i in range(len(tree.joints)):
-        if system.motor_index(i) >= 0:
-            total += inputs[system.motor_index(i)] * system.coordinate(q, v, i)[1]
+    for i, (kind, *_) in enumerate(tree.joints):
+        for k in range(COORDINATES.get(kind, 0)):
+            total += inputs[system.motor_index(i, k)] * system.coordinate(q, v, i, k)[1]
+    for i, k, _, damping, _ in tree.joint_springs:
+        total -= damping * system.coordinate(q, v, i, k)[1] ** 2
     return total
 
 
@@ -183,6 +189,8 @@ def test_energy_is_kinetic_plus_potential(seed):
     for one, point1, two, point2, stiffness, _ in tree.springs:
         gap = point_velocity(tree.q, v, two, point2)[0] - point_velocity(tree.q, v, one, point1)[0]
         expected += 0.5 * stiffness @ gap**2
+    for i, k, stiffness, _, rest in tree.joint_springs:
+        expected += 0.5 * stiffness * (_core.System(tree.definition).coordinate(tree.q, v, i, k)[0] - rest) ** 2
     assert_close(_core.System(tree.definition).energy(tree.q, v), expected, 32 * EPS, 100.0)
 
 

@@ -2,6 +2,7 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -26,7 +27,7 @@ namespace {
 // Sets a parameter by its FMU name, with the FMU's checks.
 void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
   validation::validate_structure(mechanism.multibody);
-  for (const Variable& v : make_variables(mechanism, System(mechanism.multibody))) {
+  for (const Port& v : make_variables(mechanism, System(mechanism.multibody)).list) {
     if (v.name != name) continue;
     if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
     const std::string complaint = v.complaint(value);
@@ -46,7 +47,8 @@ void bind_definitions(nb::module_& m) {
       .value("revolute", JointType::revolute)
       .value("universal", JointType::universal)
       .value("prismatic", JointType::prismatic)
-      .value("fixed", JointType::fixed);
+      .value("fixed", JointType::fixed)
+      .value("cylindrical", JointType::cylindrical);
   using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
   const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -106,8 +108,8 @@ void bind_definitions(nb::module_& m) {
       .def_ro("frame1", &JointDef::frame1)
       .def_ro("body2", &JointDef::body2)
       .def_ro("frame2", &JointDef::frame2)
-      .def_rw("initial_coordinate", &JointDef::initial_coordinate, "nan: not set")
-      .def_rw("initial_rate", &JointDef::initial_rate, "nan: not set");
+      .def_rw("initial_coordinates", &JointDef::initial_coordinates, "Of each of its coordinates; nan: not set.")
+      .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set");
   nb::class_<SpringDamperDef>(m, "SpringDamper")
       .def(
           "__init__",
@@ -138,6 +140,33 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body", &LoadDef::body)
       .def_ro("force", &LoadDef::force)
       .def_ro("torque", &LoadDef::torque);
+  nb::class_<JointSpringDef>(m, "JointSpring", "Spring and damper on a joint's coordinate.")
+      .def(
+          "__init__",
+          [](JointSpringDef* s, int joint, double stiffness, double damping, double rest, int coordinate) {
+            new (s) JointSpringDef{joint, coordinate, stiffness, damping, rest};
+          },
+          "joint"_a, "stiffness"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0, "coordinate"_a = 0)
+      .def_ro("joint", &JointSpringDef::joint)
+      .def_ro("coordinate", &JointSpringDef::coordinate)
+      .def_rw("stiffness", &JointSpringDef::stiffness)
+      .def_rw("damping", &JointSpringDef::damping)
+      .def_rw("rest", &JointSpringDef::rest);
+  nb::enum_<DriveDef::Motion>(m, "Motion")
+      .value("position", DriveDef::Motion::position)
+      .value("rate", DriveDef::Motion::rate)
+      .value("acceleration", DriveDef::Motion::acceleration);
+  nb::class_<DriveDef>(m, "Drive", "Prescribes a joint's coordinate.")
+      .def(
+          "__init__",
+          [](DriveDef* d, int joint, DriveDef::Motion motion, double value, int coordinate) {
+            new (d) DriveDef{joint, coordinate, motion, value};
+          },
+          "joint"_a, "motion"_a, "value"_a, "coordinate"_a = 0)
+      .def_ro("joint", &DriveDef::joint)
+      .def_ro("coordinate", &DriveDef::coordinate)
+      .def_ro("motion", &DriveDef::motion)
+      .def_rw("value", &DriveDef::value);
   nb::class_<StationDef>(m, "Station", "A point of a flexible body whose place is an output.")
       .def(
           "__init__",
@@ -157,6 +186,8 @@ void bind_definitions(nb::module_& m) {
       .def_ro("joints", &MultibodyDef::joints)
       .def_ro("spring_dampers", &MultibodyDef::spring_dampers)
       .def_ro("loads", &MultibodyDef::loads)
+      .def_ro("joint_springs", &MultibodyDef::joint_springs)
+      .def_ro("drives", &MultibodyDef::drives)
       .def(
           "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
           nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
@@ -164,6 +195,8 @@ void bind_definitions(nb::module_& m) {
       .def("add", nb::overload_cast<JointDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<SpringDamperDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<LoadDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointSpringDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<DriveDef>(&MultibodyDef::add))
       .def("validate", [](const MultibodyDef& d) { validate(d); });
   nb::class_<IntegratorSettings>(m, "IntegratorSettings")
       .def_rw("step_size", &IntegratorSettings::step_size)

@@ -12,6 +12,7 @@
 
 #include "fmi/variables.h"
 #include "solve/index1.h"
+#include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
@@ -23,8 +24,8 @@ namespace {
 // The real outputs of a mechanism's FMU as functions of (q, v, u).
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
-      : mechanism((validate(m), m)), system(m.multibody), solver(system), e(system.make_evaluation()) {
-    for (const Variable& v : make_variables(m, system)) {
+      : mechanism((validate(m), m)), system(m.multibody), solver(system), inputs_(inputs_at_start(m.multibody, system)), e(system.make_evaluation()) {
+    for (const Port& v : make_variables(m, system).list) {
       if (v.output && !v.integer) variables.push_back(v);
       if (v.input >= 0) inputs.push_back(v.name);
     }
@@ -32,17 +33,18 @@ struct PyOutputs {
   VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& angles) {
     const VectorXd near = angles.value_or(VectorXd::Zero(system.joint_count()));
     if (near.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
-    state.turned.setZero(system.coordinate_count());
+    inputs_.turned.setZero(system.coordinate_count());
     for (int j = 0; j < system.joint_count(); ++j) {
-      if (!system.joint(j).coordinates().empty()) state.turned[system.coordinate_index(j)] = near[j];
+      if (!system.joint(j).coordinates().empty()) inputs_.turned[system.coordinate_index(j)] = near[j];
     }
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
-    if (!solver.accelerations(q, v, u, vdot, lambda)) {
+    inputs_.u = u;
+    if (!solver.accelerations(q, v, inputs_, vdot, lambda)) {
       throw std::runtime_error(solver.singular() ? describe_singularity(mechanism.multibody, system, q)
                                                  : "a value overflows");
     }
-    system.evaluate(q, v, e);
-    const View view{mechanism, system, state, q, v, e, vdot, lambda};
+    system.evaluate(q, v, inputs_, e);
+    const SlaveView view{{mechanism, system, q, v, inputs_, e, vdot, lambda}, state};
     VectorXd y(static_cast<Eigen::Index>(variables.size()));
     OutputValues output(variables);
     for (std::size_t i = 0; i < variables.size(); ++i) y[static_cast<Eigen::Index>(i)] = output(variables[i], view);
@@ -51,12 +53,12 @@ struct PyOutputs {
   // Of the outputs that may jump, their continuous derivatives along the motion v, and which ones these are.
   VectorXd rates(const VectorXd& q, const VectorXd& v) {
     const VectorXd vdot = VectorXd::Zero(system.velocity_size()), lambda = VectorXd::Zero(system.constraint_size());
-    system.evaluate(q, v, e);
-    const View view{mechanism, system, state, q, v, e, vdot, lambda};
+    system.evaluate(q, v, inputs_, e);
+    const SlaveView view{{mechanism, system, q, v, inputs_, e, vdot, lambda}, state};
     const std::vector<int> chosen = jumping();
     VectorXd y(static_cast<Eigen::Index>(chosen.size()));
     for (Eigen::Index i = 0; i < y.size(); ++i) {
-      const Variable& variable = variables[chosen[i]];
+      const Port& variable = variables[chosen[i]];
       y[i] = variable.rate(view, variable.object, variable.component);
     }
     return y;
@@ -71,16 +73,17 @@ struct PyOutputs {
   std::vector<std::string> names() const {
     std::vector<std::string> result;
     result.reserve(variables.size());
-    for (const Variable& v : variables) result.push_back(v.name);
+    for (const Port& v : variables) result.push_back(v.name);
     return result;
   }
 
   Mechanism mechanism;
   System system;
   ConsistentSolver solver;
+  Inputs inputs_;
   Evaluation e;
   State state;
-  std::vector<Variable> variables;
+  std::vector<Port> variables;
   std::vector<std::string> inputs;
 };
 

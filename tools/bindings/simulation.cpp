@@ -24,10 +24,11 @@ struct PySimulation {
         solver(system, plans),
         integrator(system, mechanism.integrator, plans),
         state(integrator.make_state()),
-        input(system.input_size()) {
+        input(system.make_signal()) {
+    start_drives(mechanism.multibody, system, input);
     assemble(mechanism.multibody, system, solver, state.q, state.v);
+    state.turned = coordinates_at_start(mechanism.multibody, system, state.q);
     start();
-    count_turns(mechanism.multibody, system, state.turned);
   }
   void start() {
     if (!integrator.initialize(state, input)) throw std::runtime_error("no consistent accelerations");
@@ -75,13 +76,16 @@ struct PySimulation {
     if (u0.size() != system.input_size() || u1.size() != system.input_size()) {
       throw std::invalid_argument("an input vector has the wrong size");
     }
-    VectorXd before(u0.size()), after(u0.size()), vdot_before, vdot_after, lambda;
-    input.value(state.elapsed, before);
+    Inputs before = system.make_inputs(), after = before;
+    VectorXd vdot_before, vdot_after, lambda;
+    input.value(state.elapsed, state.turned, before);
     state.elapsed = state.time - t0;
     input.derivative[0] = u0;
     input.derivative[1] = u1;
-    input.value(state.elapsed, after);
-    if (after == before) return;
+    input.drive[0] = before.x - state.elapsed * before.xdot + (0.5 * state.elapsed * state.elapsed) * before.xddot;
+    input.drive[1] = before.xdot - state.elapsed * before.xddot;
+    input.value(state.elapsed, state.turned, after);
+    if (after.u == before.u) return;
     if (!solver.accelerations(state.q, state.v, before, vdot_before, lambda) ||
         !solver.accelerations(state.q, state.v, after, vdot_after, lambda)) {
       throw std::runtime_error("no consistent accelerations");

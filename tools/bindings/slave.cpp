@@ -44,14 +44,14 @@ struct PySlave final : Listener {
   }
   std::vector<double> outputs() {
     std::vector<double> values;
-    for (const Variable& v : slave.variables()) {
+    for (const Port& v : slave.variables()) {
       if (v.output) values.push_back(get(v.name));
     }
     return values;
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
-    for (const Variable& v : slave.variables()) result.push_back(v.name);
+    for (const Port& v : slave.variables()) result.push_back(v.name);
     return result;
   }
   void start() {

@@ -13,6 +13,7 @@
 #include "multibody/dense_blocks.h"
 #include "multibody/system.h"
 #include "solve/index1.h"
+#include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
@@ -24,7 +25,7 @@ namespace {
 // Dense views of one evaluation, for checking every derivative against differences.
 struct PySystem {
   explicit PySystem(const MultibodyDef& d)
-      : definition((validate(d), d)), system(d), e(system.make_evaluation()), solver(system) {}
+      : definition((validate(d), d)), system(d), start(inputs_at_start(d, system)), e(system.make_evaluation()), solver(system) {}
 
   void check(const VectorXd& q, const VectorXd& v) const {
     if (q.size() != system.position_size() || v.size() != system.velocity_size()) {
@@ -42,75 +43,81 @@ struct PySystem {
     check(q, vdot);
     check_forces(lambda, u);
     VectorXd r(system.velocity_size());
-    system.evaluate(q, v, e);
-    system.residual(e, vdot, lambda, u, r);
+    system.evaluate(q, v, inputs(u), e);
+    system.residual(e, vdot, lambda, inputs(u), r);
     return r;
   }
   nb::tuple constraints(const VectorXd& q, const VectorXd& v) {
     check(q, v);
-    system.evaluate(q, v, e);
-    system.constraint_rates(e);
+    system.evaluate(q, v, start, e);
+    system.constraint_rates(start, e);
     return nb::make_tuple(e.phi, e.phidot, dense_rows(system, e.B), dense_rows(system, e.Z));
+  }
+  VectorXd explicit_rate(const VectorXd& q, const VectorXd& v) {
+    constraints(q, v);
+    return e.W;
   }
   nb::tuple linearization(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, const VectorXd& u,
                           const std::optional<VectorXd>& vdot) {
     check(q, v);
     check_forces(lambda, u);
-    system.evaluate(q, v, e);
+    system.evaluate(q, v, start, e);
     if (vdot) check(q, *vdot);
     if (!vdot && system.flexible_count() > 0) {
       throw std::invalid_argument("the linearization of flexible bodies needs vdot");
     }
-    system.linearize(vdot ? *vdot : VectorXd::Zero(system.velocity_size()), lambda, u, e);
+    system.linearize(vdot ? *vdot : VectorXd::Zero(system.velocity_size()), lambda, inputs(u), e);
     return nb::make_tuple(dense_pairs(system, e.M), dense_pairs(system, e.C), dense_pairs(system, e.K));
   }
   nb::tuple accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     check(q, v);
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     check_forces(lambda, u);
-    if (!solver.accelerations(q, v, u, vdot, lambda)) fail(q);
+    if (!solver.accelerations(q, v, inputs(u), vdot, lambda)) fail(q);
     return nb::make_tuple(vdot, lambda);
   }
   VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     const VectorXd vdot = nb::cast<VectorXd>(accelerations(q, v, u)[0]);
-    InputSignal input(system.input_size());
+    InputSignal input = system.make_signal();
+    start_drives(definition, system, input);
     input.derivative[0] = u;
     VectorXd vddot(system.velocity_size());
-    if (!solver.jerk(q, v, vdot, input, 0.0, vddot)) fail(q);
+    if (!solver.jerk(q, v, vdot, input, start.turned, 0.0, vddot)) fail(q);
     return vddot;
   }
   double energy(const VectorXd& q, const VectorXd& v) {
     check(q, v);
-    system.evaluate(q, v, e);
-    return system.kinetic_energy(e) + system.potential_energy(e);
+    system.evaluate(q, v, start, e);
+    return system.kinetic_energy(e) + system.potential_energy(e, start);
   }
-  nb::tuple coordinate(const VectorXd& q, const VectorXd& v, int joint) {
+  nb::tuple coordinate(const VectorXd& q, const VectorXd& v, int joint, int k) {
     check(q, v);
-    system.evaluate(q, v, e);
-    const int c = coordinate_of(joint);
+    system.evaluate(q, v, start, e);
+    const int c = coordinate_of(joint, k);
     if (c < 0) return nb::make_tuple(NAN, NAN);
     return nb::make_tuple(system.coordinate_value(e, c), system.coordinate_rate(e, c));
   }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
-    system.evaluate(q, v, e);
+    system.evaluate(q, v, start, e);
     VectorXd x = VectorXd::Zero(system.joint_count()), rate = x;
     for (int j = 0; j < system.joint_count(); ++j) {
-      const int c = coordinate_of(j);
+      const int c = coordinate_of(j, 0);
       if (c < 0) continue;
       x[j] = system.coordinate_value(e, c);
       rate[j] = system.coordinate_rate(e, c);
     }
     return nb::make_tuple(x, rate);
   }
-  // The first coordinate of a joint, -1: it has none.
-  int coordinate_of(int joint) const {
-    return system.joint(joint).coordinates().empty() ? -1 : system.coordinate_index(joint);
+  // Coordinate k of a joint among all, -1: it has none.
+  int coordinate_of(int joint, int k) const {
+    const auto count = static_cast<int>(system.joint(joint).coordinates().size());
+    return k >= 0 && k < count ? system.coordinate_index(joint) + k : -1;
   }
   nb::tuple reaction(const VectorXd& q, const VectorXd& v, const VectorXd& lambda, int joint) {
     check(q, v);
     if (lambda.size() != system.constraint_size()) throw std::invalid_argument("lambda has the wrong size");
-    system.evaluate(q, v, e);
+    system.evaluate(q, v, start, e);
     const auto r = system.reaction(e, joint, lambda.data() + system.lambda_index(joint));
     return nb::make_tuple(r.force, r.torque);
   }
@@ -130,25 +137,31 @@ struct PySystem {
     if (node < 0 || node >= system.flexible(system.flexible_index(body)).nodes()) {
       throw std::invalid_argument("there is no such node");
     }
-    system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+    system.evaluate(q, VectorXd::Zero(system.velocity_size()), start, e);
     return system.node_position(e, body, node);
   }
   VectorXd project_positions(VectorXd q) {
-    const auto result = solver.project_positions(q);
+    const auto result = solver.project_positions(start, q);
     if (!result.possible) throw std::runtime_error("the mechanism cannot be assembled");
     return q;
   }
   VectorXd project_velocities(const VectorXd& q, VectorXd v) {
-    if (!solver.project_velocities(q, v)) throw std::runtime_error(describe_singularity(definition, system, q));
+    if (!solver.project_velocities(q, start, v)) throw std::runtime_error(describe_singularity(definition, system, q));
     return v;
   }
 
+  Inputs inputs(const VectorXd& u) const {
+    Inputs result = start;
+    result.u = u;
+    return result;
+  }
   [[noreturn]] void fail(const VectorXd& q) const {
     throw std::runtime_error(solver.singular() ? describe_singularity(definition, system, q) : "a value overflows");
   }
 
   MultibodyDef definition;
   System system;
+  Inputs start;  // what drives prescribe
   Evaluation e;
   ConsistentSolver solver;
 };
@@ -169,20 +182,32 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("degrees", &Freedom::degrees)
       .def("__str__", &summary);
   m.def("freedom", &initial_freedom, "multibody"_a, "Degrees of freedom and dependent equations at the start.");
+  nb::class_<Inputs>(m, "Inputs")
+      .def_rw("x", &Inputs::x, "Prescribed coordinates")
+      .def_rw("xdot", &Inputs::xdot)
+      .def_rw("xddot", &Inputs::xddot)
+      .def_rw("turned", &Inputs::turned, "Coordinates near which angles are counted.");
   nb::class_<PySystem>(m, "System", "Equations of motion of a Multibody, as dense arrays.")
       .def(nb::init<const MultibodyDef&>())
       .def_prop_ro("position_size", [](const PySystem& s) { return s.system.position_size(); })
       .def_prop_ro("velocity_size", [](const PySystem& s) { return s.system.velocity_size(); })
       .def_prop_ro("constraint_size", [](const PySystem& s) { return s.system.constraint_size(); })
       .def_prop_ro("input_size", [](const PySystem& s) { return s.system.input_size(); })
-      .def("motor_index",
-           [](const PySystem& s, int joint) {
-             const int c = s.coordinate_of(joint);
-             return c < 0 ? -1 : s.system.motor_index(c);
-           })
-      .def("actuator_index", [](const PySystem& s, int spring) { return s.system.actuator_index(spring); })
+      .def(
+          "motor_index",
+          [](const PySystem& s, int joint, int coordinate) {
+            const int c = s.coordinate_of(joint, coordinate);
+            return c < 0 ? -1 : s.system.motor(c).first_input();
+          },
+          "joint"_a, "coordinate"_a = 0)
+      .def_prop_ro("drive_count", [](const PySystem& s) { return s.system.drive_count(); })
+      .def_rw("start", &PySystem::start, "What drives prescribe.")
+      .def("actuator_index", [](const PySystem& s, int spring) {
+        return s.system.force(spring).first_input();
+      })
       .def("residual", &PySystem::residual, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "u"_a)
       .def("constraints", &PySystem::constraints, "q"_a, "v"_a, "(Phi, Phi', B, Z)")
+      .def("explicit_rate", &PySystem::explicit_rate, "q"_a, "v"_a, "W = d(Phi')/dt at fixed q and v")
       .def("linearization", &PySystem::linearization, "q"_a, "v"_a, "lambda_"_a, "u"_a, "vdot"_a = nb::none(),
            "(M, C, K); with flexible bodies K depends on vdot as well.")
       .def_prop_ro("modal_count", [](const PySystem& s) { return s.system.modal_count(); })
@@ -202,7 +227,7 @@ void bind_system(nb::module_& m) {
       .def("accelerations", &PySystem::accelerations, "q"_a, "v"_a, "u"_a, "(vdot, lambda) of the index-1 form")
       .def("jerk", &PySystem::jerk, "q"_a, "v"_a, "u"_a, "d(vdot)/dt along the motion, at constant u")
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
-      .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a,
+      .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a, "coordinate"_a = 0,
            "(value, rate); NaN for a joint that has none.")
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
            "Coordinates of all joints and their rates; zero for joints that have none.")

@@ -70,7 +70,7 @@ bool NewtonMethod::evaluate(const StepStart& start, const Iterate& at, StepFailu
   if (failure.iterations == problem_.settings.max_newton_iterations) {
     return failure.because(StepFailure::Reason::no_convergence);
   }
-  problem_.system.evaluate(at.q, at.v(), evaluation_);
+  problem_.system.evaluate(at.q, at.v(), start.u, evaluation_);
   problem_.system.residual(evaluation_, at.vdot(), at.lambda, start.u, r_);
   return true;
 }
@@ -79,7 +79,7 @@ bool NewtonMethod::factorize(const StepStart& start, const StepScales& scales, c
                              const Iterate& at, State& s, StepFailure& failure) {
   const System& system = problem_.system;
   ++s.counters.jacobian_evaluations;
-  if (!problem_.settings.is(Formulation::index3)) system.constraint_rates(evaluation_);
+  if (!problem_.settings.is(Formulation::index3)) system.constraint_rates(start.u, evaluation_);
   system.linearize(at.vdot(), at.lambda, start.u, evaluation_);
   matrix_is_new_ = true;
   if (matrix_.factorize(evaluation_, start.evaluation, scales, tangents, factorization_)) return true;

@@ -6,9 +6,8 @@ namespace sigmafmu {
 
 using Reason = StepFailure::Reason;
 
-StepEnds::StepEnds(Problem& problem) : problem_(problem) {
+StepEnds::StepEnds(Problem& problem) : problem_(problem), u_(problem.system.make_inputs()) {
   const System& system = problem.system;
-  u_.setZero(system.input_size());
   q_.setZero(system.position_size());
   for (VectorXd* x : {&dV_, &dVdot_, &v_, &vdot_, &V_, &Vdot_}) x->setZero(system.velocity_size());
   lambda_.setZero(system.constraint_size());
@@ -27,7 +26,7 @@ bool StepEnds::begin(State& s, double h, double memory, const InputSignal& input
   start.h = h;
   start.fresh = h > memory * s.last_step;
   if (start.fresh) {
-    input.value(s.elapsed, u_);
+    input.value(s.elapsed, s.turned, u_);
     ++s.counters.jacobian_evaluations;
     if (!solver.accelerations(s.q, s.v, u_, vdot_, start.lambda)) return failure.because(Reason::singular);
     coordinates.to_group(s.q, s.v, vdot_, start.V, start.Vdot);
@@ -35,8 +34,11 @@ bool StepEnds::begin(State& s, double h, double memory, const InputSignal& input
     start.lambda = s.lambda;
     coordinates.to_group(s.q, s.v, s.vdot, start.V, start.Vdot);
   }
-  input.value(s.elapsed + h, start.u);
-  if (problem_.stabilized) problem_.system.evaluate(s.q, s.v, start.evaluation);
+  input.value(s.elapsed + h, s.turned, start.u);
+  if (problem_.stabilized) {
+    input.drives(s.elapsed, u_);
+    problem_.system.evaluate(s.q, s.v, u_, start.evaluation);
+  }
   return true;
 }
 
@@ -54,7 +56,7 @@ bool StepEnds::complete(const StepStart& start, double position_error, NewtonMet
     }
   }
   const bool equal = h <= kMemory * s.last_step && kMemory * h >= s.last_step;
-  if (!equal && !satisfy_velocity_constraints(at)) return failure.because(Reason::singular);
+  if (!equal && !satisfy_velocity_constraints(start.u, at)) return failure.because(Reason::singular);
   newton.keep_matrix(start, s);
   s.last_step = h;
   problem_.commit(s, h, at.q, at.v(), at.vdot(), at.lambda, newton.evaluation(), error);
@@ -63,9 +65,9 @@ bool StepEnds::complete(const StepStart& start, double position_error, NewtonMet
 
 // Index 3 leaves the velocities off the constraints by what positions of the last steps differ over h: an error that
 // only equal steps keep small.
-bool StepEnds::satisfy_velocity_constraints(Iterate& at) {
+bool StepEnds::satisfy_velocity_constraints(const Inputs& u, Iterate& at) {
   if (!problem_.settings.is(Formulation::index3) || problem_.system.constraint_size() == 0) return true;
-  if (!problem_.solver.project_velocities(at.q, at.v())) return false;
+  if (!problem_.solver.project_velocities(at.q, u, at.v())) return false;
   problem_.coordinates->iterate_to_group(at);
   return true;
 }
@@ -75,7 +77,7 @@ bool StepEnds::drift(State& s, double h, const InputSignal& input, StepFailure& 
   const LocalCoordinates& coordinates = *problem_.coordinates;
   ConsistentSolver& solver = problem_.solver;
   solver.displace(s.q, s.v, s.vdot, h, q_, v_);
-  input.value(s.elapsed + h, u_);
+  input.value(s.elapsed + h, s.turned, u_);
   if (!solver.accelerations(q_, v_, u_, vdot_, lambda_)) return failure.because(Reason::singular);
   v_ = s.v + (0.5 * h) * (s.vdot + vdot_);
   coordinates.to_group(s.q, s.v, s.vdot, V_, Vdot_);

@@ -38,11 +38,12 @@ class StepEnds {
   const VectorXd& dVdot() const { return dVdot_; }
 
  private:
-  bool satisfy_velocity_constraints(Iterate& at);
+  bool satisfy_velocity_constraints(const Inputs& u, Iterate& at);
 
   Problem& problem_;
   VectorXd dV_, dVdot_;
-  VectorXd u_, q_, v_, vdot_, lambda_, V_, Vdot_;
+  Inputs u_;
+  VectorXd q_, v_, vdot_, lambda_, V_, Vdot_;
 };
 
 }  // namespace sigmafmu

@@ -17,16 +17,15 @@ namespace sigmafmu {
 
 // What is known at the start of a step of any method; V and Vdot are the group's.
 struct StepStart {
-  explicit StepStart(const System& system) : evaluation(system.make_evaluation()) {
+  explicit StepStart(const System& system) : u(system.make_inputs()), evaluation(system.make_evaluation()) {
     for (VectorXd* x : {&V, &Vdot}) x->setZero(system.velocity_size());
     lambda.setZero(system.constraint_size());
-    u.setZero(system.input_size());
   }
   double h = 0;
   bool fresh = false;     // nothing that is remembered of the last step is of use
   VectorXd V, Vdot;       // V_n, Vdot_n
   VectorXd lambda;        // lambda_n
-  VectorXd u;             // inputs at the end of the step
+  Inputs u;               // at the end of the step
   Evaluation evaluation;  // has B(q_n), in the stabilized index-2 form alone
 };
 

@@ -47,7 +47,8 @@ MuntheKaas::MuntheKaas(Problem& problem)
     : IntegrationMethod(error_control_of(problem.settings)),
       problem_(problem),
       tableau_(tableau_of(problem.settings)),
-      embedded_(problem.settings.is(Method::rkmk54)) {
+      embedded_(problem.settings.is(Method::rkmk54)),
+      u_(problem.system.make_inputs()) {
   const System& system = problem.system;
   const int n = system.velocity_size();
   for (auto& k : theta_rate_) k.setZero(n);
@@ -55,7 +56,6 @@ MuntheKaas::MuntheKaas(Problem& problem)
   for (VectorXd* x : {&V_n_, &theta_, &V_, &v_, &vdot_}) x->setZero(n);
   q_.setZero(system.position_size());
   lambda_.setZero(system.constraint_size());
-  u_.setZero(system.input_size());
 }
 
 bool MuntheKaas::attempt(State& s, double h, const InputSignal& input, StepFailure& failure) {
@@ -78,6 +78,7 @@ bool MuntheKaas::attempt(State& s, double h, const InputSignal& input, StepFailu
   coordinates.compose(s.q, theta_, q_);
   coordinates.to_mixed(q_, V_, V_rate_[0], v_, vdot_);
   if (!embedded_) coordinates.rate(theta_, V_, theta_rate_[stages]);
+  input.value(s.elapsed + h, s.turned, u_);
   if (!project(s, failure) || !accelerations(s.elapsed + h, input, s, failure)) return false;
   if (!embedded_) {
     coordinates.to_group(q_, v_, vdot_, V_, V_rate_[stages]);
@@ -135,7 +136,7 @@ bool MuntheKaas::evaluate(int stage, double elapsed, const VectorXd& q_n, const 
 
 // vdot_ and lambda_ at (q_, v_).
 bool MuntheKaas::accelerations(double elapsed, const InputSignal& input, State& s, StepFailure& failure) {
-  input.value(elapsed, u_);
+  input.value(elapsed, s.turned, u_);
   ++s.counters.jacobian_evaluations;
   return problem_.solver.accelerations(q_, v_, u_, vdot_, lambda_) || failure.because(Reason::singular);
 }
@@ -143,10 +144,10 @@ bool MuntheKaas::accelerations(double elapsed, const InputSignal& input, State& 
 // Moves q_ and v_ onto the constraints.
 bool MuntheKaas::project(State& s, StepFailure& failure) {
   if (problem_.system.constraint_size() == 0) return true;
-  const auto assembly = problem_.solver.project_positions(q_);
+  const auto assembly = problem_.solver.project_positions(u_, q_);
   s.counters.newton_iterations += assembly.iterations;
   s.counters.jacobian_evaluations += assembly.iterations + 2;
-  if (assembly.possible && problem_.solver.project_velocities(q_, v_)) return true;
+  if (assembly.possible && problem_.solver.project_velocities(q_, u_, v_)) return true;
   return failure.because(Reason::singular);
 }
 

@@ -54,7 +54,8 @@ class MuntheKaas final : public IntegrationMethod {
   const Tableau& tableau_;
   const bool embedded_;
   std::array<VectorXd, kMaxStages + 1> theta_rate_, V_rate_;  // of the stages, then at the end of the step
-  VectorXd V_n_, theta_, V_, q_, lambda_, u_;
+  Inputs u_;
+  VectorXd V_n_, theta_, V_, q_, lambda_;
   VectorXd v_, vdot_;  // mixed
 };
 

@@ -1,4 +1,4 @@
-// Equations Phi(q, t) = 0 between frames.
+// Equations Phi(q, t) = 0 between frames. Time enters by what drives prescribe (Inputs) alone.
 //
 // With Phi' = B v + Phi_t and, at fixed velocities, Z = d(Phi')/d(motion) and W = d(Phi')/dt (explicit time alone),
 //
@@ -10,6 +10,7 @@
 
 #include <vector>
 
+#include "multibody/input_signal.h"
 #include "multibody/kinematics.h"
 
 namespace sigmafmu {
@@ -26,11 +27,11 @@ class Constraint {
   virtual int frame_count() const = 0;
 
   // Phi, Phi' [m or 1 and per s] and B.
-  virtual void evaluate(double t, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const = 0;
+  virtual void evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const = 0;
   // Z and W; W is zero before.
-  virtual void rates(double t, const Kinematics& k, const FrameRows& Z, double* W) const = 0;
+  virtual void rates(const Inputs& u, const Kinematics& k, const FrameRows& Z, double* W) const = 0;
   // K += d(B^T lambda)/d(motion).
-  virtual void stiffness(double t, const Kinematics& k, const double* lambda, const FramePairs& K) const = 0;
+  virtual void stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const = 0;
 
  protected:
   int equations_ = 0, length_equations_ = 0;

@@ -8,28 +8,28 @@ namespace {
 enum Axis { x, y, z };
 
 // What each type of joint is made of: origins coincide or not, axes of frame 1 along which the origins have no
-// distance, and pairs (axis of frame 1, axis of frame 2) that stay perpendicular; and what is free then.
+// distance, and pairs (axis of frame 1, axis of frame 2) that stay perpendicular.
 struct Composition {
   bool coincidence;
   std::vector<Axis> distances;
   std::vector<std::pair<Axis, Axis>> perpendiculars;
-  std::vector<JointCoordinate::Kind> coordinates;
 };
 
 Composition composition(JointType type) {
   const std::vector<std::pair<Axis, Axis>> parallel = {{x, y}, {y, z}, {z, x}};
-  using Kind = JointCoordinate::Kind;
   switch (type) {
     case JointType::spherical:
-      return {true, {}, {}, {}};
+      return {true, {}, {}};
     case JointType::revolute:
-      return {true, {}, {{x, z}, {y, z}}, {Kind::angle}};
+      return {true, {}, {{x, z}, {y, z}}};
     case JointType::universal:
-      return {true, {}, {{y, x}}, {}};
+      return {true, {}, {{y, x}}};
     case JointType::prismatic:
-      return {false, {x, y}, parallel, {Kind::displacement}};
+      return {false, {x, y}, parallel};
     case JointType::fixed:
-      return {true, {}, parallel, {}};
+      return {true, {}, parallel};
+    case JointType::cylindrical:
+      return {false, {x, y}, {{x, z}, {y, z}}};
   }
   return {};
 }
@@ -50,13 +50,13 @@ Joint::Joint(const JointDef& d)
   for (auto [i, j] : parts.perpendiculars) {
     perpendiculars_.push_back({d.frame1.axes.col(i), d.frame2.axes.col(j)});
   }
-  for (JointCoordinate::Kind kind : parts.coordinates) coordinates_.emplace_back(kind, d.frame1, d.frame2);
+  for (CoordinateKind kind : sigmafmu::coordinates(d.type)) coordinates_.emplace_back(kind, d.frame1, d.frame2);
   length_equations_ = (has_coincidence_ ? 3 : 0) + static_cast<int>(distances_.size());
   equations_ = length_equations_ + static_cast<int>(perpendiculars_.size());
   couples_frames_ = !perpendiculars_.empty() || !distances_.empty();
 }
 
-void Joint::evaluate(double, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const {
+void Joint::evaluate(const Inputs&, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   int row = 0;
   if (has_coincidence_) {
@@ -86,7 +86,7 @@ void Joint::evaluate(double, const Kinematics& k, double* phi, double* phidot, c
   }
 }
 
-void Joint::rates(double, const Kinematics& k, const FrameRows& Z, double*) const {
+void Joint::rates(const Inputs&, const Kinematics& k, const FrameRows& Z, double*) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   int row = 0;
   if (has_coincidence_) {
@@ -98,7 +98,7 @@ void Joint::rates(double, const Kinematics& k, const FrameRows& Z, double*) cons
   for (const auto& p : perpendiculars_) p.rate(k1, k2, row++, Z[0], Z[1]);
 }
 
-void Joint::stiffness(double, const Kinematics& k, const double* lambda, const FramePairs& K) const {
+void Joint::stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   if (has_coincidence_) {
     origins_.stiffness(k1, k2, Vector3d(lambda[0], lambda[1], lambda[2]), K);
@@ -112,6 +112,7 @@ bool Joint::axes_agree(const Kinematics& k) const {
   const Matrix3d R12 = (k[0].R_WB * frame1_.axes).transpose() * (k[1].R_WB * frame2_.axes);
   switch (type_) {
     case JointType::revolute:
+    case JointType::cylindrical:
       return R12(z, z) > 0;
     case JointType::prismatic:
     case JointType::fixed:

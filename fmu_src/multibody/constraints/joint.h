@@ -17,9 +17,9 @@ class Joint final : public Constraint {
   const std::vector<JointCoordinate>& coordinates() const { return coordinates_; }
 
   int frame_count() const override { return 2; }
-  void evaluate(double t, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const override;
-  void rates(double t, const Kinematics& k, const FrameRows& Z, double* W) const override;
-  void stiffness(double t, const Kinematics& k, const double* lambda, const FramePairs& K) const override;
+  void evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const override;
+  void rates(const Inputs& u, const Kinematics& k, const FrameRows& Z, double* W) const override;
+  void stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const override;
 
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;

@@ -2,26 +2,61 @@
 // adds into forces and blocks of the unknowns (frame.h).
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "model/definition.h"
+#include "multibody/input_signal.h"
 #include "multibody/kinematics.h"
 
 namespace sigmafmu {
+
+class Force;
+
+// An input or output of a force, a vector or, with size 0, a scalar. Inputs are in Inputs::u, in their order.
+struct ForcePort {
+  const char* name;
+  int size;
+  const char* type;  // of real_types()
+  const char* description;
+  void (*output)(const Force&, const Kinematics&, const Inputs&, double* values);  // null: an input
+};
+
+// Sums of stiffnesses [N/m], [N m/rad].
+struct Stiffest {
+  double translation = 0, rotation = 0;
+};
 
 class Force {
  public:
   virtual ~Force() = default;
 
   virtual int frame_count() const = 0;
-  virtual int input_count() const { return 0; }
+  virtual const std::vector<ForcePort>& ports() const = 0;
   // Takes over what may change while the System is in use.
   virtual void set_values(const MultibodyDef&) {}
 
-  // r -= the generalized forces on the frames; u: the force's inputs.
-  virtual void add(const Kinematics& k, const double* u, const FrameForces& r) const = 0;
+  // r -= the generalized forces on the frames.
+  virtual void add(const Kinematics& k, const Inputs& u, const FrameForces& r) const = 0;
   // K += dr/d(motion), C += dr/dv.
-  virtual void linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const = 0;
+  virtual void linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const = 0;
   // Potential energy [J].
-  virtual double energy(const Kinematics&) const { return 0.0; }
+  virtual double energy(const Kinematics&, const Inputs&) const { return 0.0; }
+  virtual Stiffest stiffest() const { return {}; }
+
+  int input_count() const {
+    int count = 0;
+    for (const ForcePort& port : ports()) count += port.output ? 0 : std::max(1, port.size);
+    return count;
+  }
+  int first_input() const { return first_input_; }
+  void set_first_input(int index) { first_input_ = index; }
+
+ protected:
+  const double* own(const Inputs& u) const { return u.u.data() + first_input_; }
+
+ private:
+  int first_input_ = 0;
 };
 
 }  // namespace sigmafmu

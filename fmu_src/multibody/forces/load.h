@@ -12,16 +12,20 @@ class Load final : public Force {
   explicit Load(int index) : index_(index) {}
 
   int frame_count() const override { return 1; }
+  const std::vector<ForcePort>& ports() const override {
+    static const std::vector<ForcePort> none;
+    return none;
+  }
   void set_values(const MultibodyDef& d) override {
     force_ = d.loads[index_].force;
     torque_ = d.loads[index_].torque;
   }
-  void add(const Kinematics& k, const double*, const FrameForces& r) const override {
+  void add(const Kinematics& k, const Inputs&, const FrameForces& r) const override {
     r[0].head<3>() -= force_;
     r[0].tail<3>() -= k[0].R_WB.transpose() * torque_;
   }
   // d(R^T t)/dphi = hat(R^T t).
-  void linearize(const Kinematics& k, const double*, const FramePairs& K, const FramePairs&) const override {
+  void linearize(const Kinematics& k, const Inputs&, const FramePairs& K, const FramePairs&) const override {
     K(0, 0).bottomRightCorner<3, 3>() -= lie::hat(k[0].R_WB.transpose() * torque_);
   }
 

@@ -11,12 +11,18 @@ class Motor final : public Force {
   explicit Motor(const JointCoordinate& coordinate) : coordinate_(coordinate) {}
 
   int frame_count() const override { return 2; }
-  int input_count() const override { return 1; }
-  void add(const Kinematics& k, const double* u, const FrameForces& r) const override {
-    if (*u != 0.0) coordinate_.add_force(k, *u, r);
+  const std::vector<ForcePort>& ports() const override {
+    static const std::vector<ForcePort> torque = {
+        {"motorTorque", 0, "Torque", "Torque about the joint axis on the second body", nullptr}};
+    static const std::vector<ForcePort> force = {
+        {"actuatorForce", 0, "Force", "Force along the joint axis on the second body", nullptr}};
+    return coordinate_.is_angle() ? torque : force;
   }
-  void linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs&) const override {
-    coordinate_.stiffness(k, *u, K);
+  void add(const Kinematics& k, const Inputs& u, const FrameForces& r) const override {
+    if (const double f = *own(u); f != 0.0) coordinate_.add_force(k, f, r);
+  }
+  void linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs&) const override {
+    coordinate_.stiffness(k, *own(u), K);
   }
 
  private:

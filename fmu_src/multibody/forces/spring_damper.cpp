@@ -7,6 +7,21 @@ namespace sigmafmu {
 SpringDamper::SpringDamper(const SpringDamperDef& d, int index)
     : index_(index), points_{d.point1, d.point2}, stiffness_(d.stiffness), damping_(d.damping) {}
 
+const std::vector<ForcePort>& SpringDamper::ports() const {
+  static const std::vector<ForcePort> table = {
+      {"position", 3, "Displacement", "Attachment point on the second body, in W",
+       [](const Force& f, const Kinematics& k, const Inputs&, double* x) {
+         Vector3d::Map(x) = static_cast<const SpringDamper&>(f).position(k);
+       }},
+      {"force", 3, "Force", "Force of spring and damper (actuator excluded) on the second body, in W",
+       [](const Force& f, const Kinematics& k, const Inputs&, double* x) {
+         Vector3d::Map(x) = static_cast<const SpringDamper&>(f).force(k);
+       }},
+      {"actuatorForce", 3, "Force", "Actuator force on the attachment point of the second body, in W", nullptr},
+  };
+  return table;
+}
+
 void SpringDamper::set_values(const MultibodyDef& definition) {
   stiffness_ = definition.spring_dampers[index_].stiffness;
   damping_ = definition.spring_dampers[index_].damping;
@@ -28,14 +43,14 @@ Vector3d SpringDamper::force(const Points& p) const {
 
 Vector3d SpringDamper::force(const Kinematics& k) const { return force(points(k)); }
 
-double SpringDamper::energy(const Kinematics& k) const {
+double SpringDamper::energy(const Kinematics& k, const Inputs&) const {
   const Vector3d phi = points_.gap(k[0], k[1]);
   return 0.5 * phi.dot(stiffness_.cwiseProduct(phi));
 }
 
-void SpringDamper::add(const Kinematics& k, const double* u, const FrameForces& r) const {
+void SpringDamper::add(const Kinematics& k, const Inputs& u, const FrameForces& r) const {
   const Points p = points(k);
-  const Vector3d f = force(p) + Vector3d(u[0], u[1], u[2]);
+  const Vector3d f = force(p) + Vector3d::Map(own(u));
   if (r.has(0)) {
     r[0].head<3>() += f;
     r[0].tail<3>().noalias() -= p.A[0].transpose() * f;
@@ -46,9 +61,9 @@ void SpringDamper::add(const Kinematics& k, const double* u, const FrameForces& 
   }
 }
 
-void SpringDamper::linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const {
+void SpringDamper::linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const {
   const Points p = points(k);
-  points_.stiffness(k[0], k[1], -(force(p) + Vector3d(u[0], u[1], u[2])), K);
+  points_.stiffness(k[0], k[1], -(force(p) + Vector3d::Map(own(u))), K);
   const Matrix3d Y[2] = {k[0].R_WB * lie::hat(k[0].w_WB_B.cross(points_.s1)),
                          k[1].R_WB * lie::hat(points_.s2.cross(k[1].w_WB_B))};
   for (int j = 0; j < 2; ++j) {

@@ -18,17 +18,17 @@ class SpringDamper final : public Force {
   SpringDamper(const SpringDamperDef& definition, int index);
 
   int frame_count() const override { return 2; }
-  int input_count() const override { return 3; }  // f_actuator
+  const std::vector<ForcePort>& ports() const override;
   void set_values(const MultibodyDef& definition) override;
-  void add(const Kinematics& k, const double* u, const FrameForces& r) const override;
-  void linearize(const Kinematics& k, const double* u, const FramePairs& K, const FramePairs& C) const override;
-  double energy(const Kinematics& k) const override;
+  void add(const Kinematics& k, const Inputs& u, const FrameForces& r) const override;
+  void linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const override;
+  double energy(const Kinematics& k, const Inputs& u) const override;
+  Stiffest stiffest() const override { return {stiffness_.maxCoeff(), 0}; }
 
   // Of spring and damper, without the actuator, on body 2 in W [N].
   Vector3d force(const Kinematics& k) const;
   // Where it acts on body 2, in W [m].
   Vector3d position(const Kinematics& k) const { return k[1].p_WB + k[1].R_WB * points_.s2; }
-  const Vector3d& stiffness() const { return stiffness_; }
 
  private:
   struct Points {

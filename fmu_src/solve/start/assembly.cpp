@@ -34,7 +34,7 @@ void read_initial_values(const MultibodyDef& definition, const System& system, V
 
 void require_agreeing_axes(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   Evaluation e = system.make_evaluation();
-  system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), system.make_inputs(), e);
   for (int j = 0; j < system.joint_count(); ++j) {
     if (system.axes_agree(e, j)) continue;
     throw std::runtime_error("The mechanism cannot be assembled from its initial positions: the axes of joint " +
@@ -45,14 +45,14 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
 
 // What stopped the projection that began at `start` and came to `end`, if it is not that joints are too far apart.
 std::string describe_obstacle(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
-                              const VectorXd& start, const VectorXd& end) {
+                              const Inputs& u, const VectorXd& start, const VectorXd& end) {
   VectorXd reachable = start, rest = VectorXd::Zero(system.velocity_size());
-  if (!reach_positions(system, reachable)) return "";
+  if (!reach_positions(system, u, reachable)) return "";
   for (const VectorXd& q : {reachable, end}) {
     const std::string text = describe_dependence(definition, system, q);
     if (!text.empty()) return text;
   }
-  if (solver.project_velocities(reachable, rest)) return "";
+  if (solver.project_velocities(reachable, u, rest)) return "";
   return describe_singularity(definition, system, reachable);
 }
 
@@ -61,8 +61,9 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
                      VectorXd& v) {
   read_initial_values(definition, system, q, v);
   const VectorXd q0 = q;
-  if (!solver.project_positions(q).possible) {
-    const std::string reason = describe_obstacle(definition, system, solver, q0, q);
+  const Inputs u = inputs_at_start(definition, system);
+  if (!solver.project_positions(u, q).possible) {
+    const std::string reason = describe_obstacle(definition, system, solver, u, q0, q);
     if (!reason.empty()) throw std::runtime_error(reason);
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
@@ -71,7 +72,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     throw std::runtime_error(text);
   }
   require_agreeing_axes(definition, system, q);
-  if (!solver.project_velocities(q, v)) throw std::runtime_error(describe_singularity(definition, system, q));
+  if (!solver.project_velocities(q, u, v)) throw std::runtime_error(describe_singularity(definition, system, q));
 }
 
 // A joint's or body's present value.
@@ -102,8 +103,9 @@ double present(const System& system, const Evaluation& e, const VectorXd& q, con
 std::vector<std::pair<InitialValue, int>> all_initial_values(const MultibodyDef& definition, const System& system) {
   std::vector<std::pair<InitialValue, int>> result;
   for (int j = 0; j < system.joint_count(); ++j) {
-    if (!definition.joints[j].has_coordinate()) continue;
-    for (Kind kind : {Kind::joint_coordinate, Kind::joint_rate}) result.push_back({{kind, j}, 1});
+    for (int c = 0; c < definition.joints[j].coordinate_count(); ++c) {
+      for (Kind kind : {Kind::joint_coordinate, Kind::joint_rate}) result.push_back({{kind, j, c}, 1});
+    }
   }
   for (int i = 0; i < system.body_count(); ++i) {
     for (Kind kind : {Kind::position, Kind::velocity, Kind::angular_velocity}) result.push_back({{kind, i}, 3});
@@ -121,6 +123,34 @@ double round_to_12_digits(double x) {
 
 }  // namespace
 
+Inputs inputs_at_start(const MultibodyDef& definition, const System& system) {
+  Inputs u = system.make_inputs();
+  if (definition.drives.empty()) return u;
+  VectorXd q(system.position_size()), v(system.velocity_size());
+  read_initial_values(definition, system, q, v);
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, v, u, e);
+  for (int d = 0; d < system.drive_count(); ++d) {
+    const auto& [joint, coordinate, motion, value] = definition.drives[d];
+    const auto start = [&](Kind kind) {
+      const InitialValue what{kind, joint, coordinate};
+      return definition.held.count(what) > 0 ? initial_value(definition, what) : present(system, e, q, v, what);
+    };
+    using Motion = DriveDef::Motion;
+    u.x[d] = motion == Motion::position ? value : start(Kind::joint_coordinate);
+    u.xdot[d] = motion == Motion::position ? 0.0 : motion == Motion::rate ? value : start(Kind::joint_rate);
+    u.xddot[d] = motion == Motion::acceleration ? value : 0.0;
+  }
+  return u;
+}
+
+void start_drives(const MultibodyDef& definition, const System& system, InputSignal& input) {
+  const Inputs u = inputs_at_start(definition, system);
+  input.drive[0] = u.x;
+  input.drive[1] = u.xdot;
+  input.drive[2] = u.xddot;
+}
+
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
               VectorXd& v) {
   if (definition.held.empty()) return assemble_freely(definition, system, solver, q, v);
@@ -135,14 +165,18 @@ void assemble(const MultibodyDef& definition, const System& system, ConsistentSo
   projection.velocities(q0, q, v);
 }
 
-void count_turns(const MultibodyDef& definition, const System& system, VectorXd& turned) {
+VectorXd coordinates_at_start(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   constexpr double kTwoPi = 6.28318530717958647692;
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), system.make_inputs(), e);
+  VectorXd turned(system.coordinate_count());
+  system.coordinate_values(e, turned);
   for (const auto& [what, start] : definition.held) {
-    const JointDef* joint = what.kind == Kind::joint_coordinate ? &definition.joints[what.object] : nullptr;
-    if (!joint || joint->type != JointType::revolute) continue;
+    if (what.kind != Kind::joint_coordinate || !definition.joints[what.object].turns(what.component)) continue;
     double& x = turned[system.coordinate_index(what.object) + what.component];
-    x += kTwoPi * std::round((joint->initial_coordinate - x) / kTwoPi);
+    x += kTwoPi * std::round((initial_value(definition, what) - x) / kTwoPi);
   }
+  return turned;
 }
 
 std::string describe_moved_values(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
@@ -153,22 +187,25 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
   VectorXd q0 = q, v0 = v;
   assemble_freely(without_held_values(definition), system, solver, q0, v0);
   Evaluation e0 = system.make_evaluation(), e = system.make_evaluation();
-  system.evaluate(q0, v0, e0);
-  system.evaluate(q, v, e);
+  system.evaluate(q0, v0, system.make_inputs(), e0);
+  system.evaluate(q, v, system.make_inputs(), e);
   std::ostringstream text = text_stream(6);
   int moved = 0;
-  for (auto [what, size] : all_initial_values(definition, system)) {
+  for (const auto& [what, size] : all_initial_values(definition, system)) {
     VectorXd before(size), after(size), change;
-    for (int& c = what.component = 0; c < size; ++c) {
-      before[c] = present(system, e0, q0, v0, what);
-      after[c] = present(system, e, q, v, what);
+    const auto component = [&, first = what](int c) {
+      return InitialValue{first.kind, first.object, first.component + c};
+    };
+    for (int c = 0; c < size; ++c) {
+      before[c] = present(system, e0, q0, v0, component(c));
+      after[c] = present(system, e, q, v, component(c));
     }
     const bool orientation = what.kind == Kind::quaternion;
     if (orientation && before.dot(after) < 0) before = -before;
     const double scale = 1.0 + before.lpNorm<Eigen::Infinity>() + after.lpNorm<Eigen::Infinity>();
     change = after - before;
-    for (int& c = what.component = 0; c < size; ++c) {
-      if (definition.held.count(what) == 0) continue;
+    for (int c = 0; c < size; ++c) {
+      if (definition.held.count(component(c)) == 0) continue;
       change[c] = 0;
       if (orientation) change.setZero();  // one of its elements holds all
     }
@@ -190,18 +227,19 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 
 void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   const auto& joints = definition.joints;
-  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.has_coordinate(); })) return;
+  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; })) return;
   const System system(definition);
   ConsistentSolver solver(system, plans);
   VectorXd q(system.position_size()), v(system.velocity_size());
   assemble(definition, system, solver, q, v);
   Evaluation e = system.make_evaluation();
-  system.evaluate(q, v, e);
+  system.evaluate(q, v, system.make_inputs(), e);
   for (int j = 0; j < system.joint_count(); ++j) {
     JointDef& joint = definition.joints[j];
-    if (!joint.has_coordinate()) continue;
-    joint.initial_coordinate = round_to_12_digits(present(system, e, q, v, {Kind::joint_coordinate, j}));
-    joint.initial_rate = round_to_12_digits(present(system, e, q, v, {Kind::joint_rate, j}));
+    for (int c = 0; c < joint.coordinate_count(); ++c) {
+      joint.initial_coordinates[c] = round_to_12_digits(present(system, e, q, v, {Kind::joint_coordinate, j, c}));
+      joint.initial_rates[c] = round_to_12_digits(present(system, e, q, v, {Kind::joint_rate, j, c}));
+    }
   }
 }
 

@@ -14,8 +14,14 @@ namespace sigmafmu {
 // Throws std::runtime_error with one sentence when that cannot be: it names the joints and the values that were set.
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
 
-// Whole turns of angles that were set; `turned` has an entry per coordinate of a joint.
-void count_turns(const MultibodyDef& definition, const System& system, VectorXd& turned);
+// What drives prescribe at the start: their value, and else the coordinate and rate that were set or that the bodies
+// have.
+Inputs inputs_at_start(const MultibodyDef& definition, const System& system);
+// Lets them go on from there.
+void start_drives(const MultibodyDef& definition, const System& system, InputSignal& input);
+
+// Coordinates of joints at the start, with the whole turns of angles that were set.
+VectorXd coordinates_at_start(const MultibodyDef& definition, const System& system, const VectorXd& q);
 
 // What gave way to the values that were set, before and after, as one sentence; empty if nothing did.
 std::string describe_moved_values(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,

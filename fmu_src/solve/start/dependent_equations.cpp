@@ -7,6 +7,7 @@
 
 #include "lie/r3xso3.h"
 #include "model/dense.h"
+#include "solve/start/assembly.h"
 #include "solve/start/least_squares.h"
 #include "text/text.h"
 
@@ -38,8 +39,9 @@ struct Place {
   Evaluation e;
   VectorXd lengths;
 
-  Place(const System& s, const VectorXd& q) : system(s), e(s.make_evaluation()) {
-    system.evaluate(q, VectorXd::Zero(system.velocity_size()), e);
+  Place(const System& s, const VectorXd& q) : Place(s, q, s.make_inputs()) {}
+  Place(const System& s, const VectorXd& q, const Inputs& u) : system(s), e(s.make_evaluation()) {
+    system.evaluate(q, VectorXd::Zero(system.velocity_size()), u, e);
     lengths = sigmafmu::lengths(system, e);
   }
 };
@@ -110,7 +112,7 @@ ScaledEquations scaled_equations(const Place& at, const Part& part) {
   const System& system = at.system;
   const std::vector<int> columns = velocities(system, part);  // ascending
   Eigen::Index rows = 0;
-  for (int joint : part.joints) rows += system.joint(joint).equations();
+  for (int joint : part.joints) rows += system.constraint(joint).equations();
   ScaledEquations s;
   s.B.setZero(rows, static_cast<Eigen::Index>(columns.size()));
   s.row.setOnes(s.B.rows());
@@ -125,7 +127,7 @@ ScaledEquations scaled_equations(const Place& at, const Part& part) {
       if (column == columns.end() || *column != velocity) return;
       s.B.block(rows, column - columns.begin(), B.rows(), B.cols()) = B;
     });
-    rows += system.joint(joint).equations();
+    rows += system.constraint(joint).equations();
   }
   const int bodies = static_cast<int>(part.bodies.size());
   for (int i = 0; i < bodies; ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
@@ -180,7 +182,7 @@ std::vector<int> tied_joints(const std::vector<int>& joint_of_row, int joints, c
 std::string list(const MultibodyDef& definition, const std::vector<int>& joints) {
   std::string text;
   for (std::size_t k = 0; k < joints.size(); ++k) {
-    text += (k == 0 ? "" : k + 1 == joints.size() ? " and " : ", ") + definition.joints[joints[k]].name;
+    text += (k == 0 ? "" : k + 1 == joints.size() ? " and " : ", ") + constraint_name(definition, joints[k]);
   }
   return text;
 }
@@ -191,7 +193,7 @@ Freedom freedom_of(const Place& at, const Part& part) {
   const int joints = static_cast<int>(part.joints.size());
   std::vector<int> joint_of_row;
   for (int k = 0; k < joints; ++k) {
-    joint_of_row.insert(joint_of_row.end(), system.joint(part.joints[k]).equations(), k);
+    joint_of_row.insert(joint_of_row.end(), system.constraint(part.joints[k]).equations(), k);
   }
   Freedom result;
   result.velocities = static_cast<int>(rows.cols());
@@ -235,7 +237,7 @@ Freedom freedom_of(const Place& at, const Part& part) {
     for (int k = first; k < joints; ++k) {
       if (group[k] != first) continue;
       g.joints.push_back(part.joints[k]);
-      g.equations += system.joint(part.joints[k]).equations();
+      g.equations += system.constraint(part.joints[k]).equations();
       g.dependent += dependents[k];
     }
     if (g.dependent > 0) result.groups.push_back(g);
@@ -251,14 +253,14 @@ Freedom freedom_of(const Place& at, const Part& part) {
 // part for all that are connected other than by the ground; bodies that nothing holds are in none.
 std::vector<Part> parts_of(const Place& at) {
   const System& system = at.system;
-  std::vector<std::vector<int>> joints_at(system.body_count()), bodies_of(system.joint_count());
+  std::vector<std::vector<int>> joints_at(system.body_count()), bodies_of(system.constraint_count());
   for (const auto& i : system.pattern().incidences) {
     if (!system.pattern().unknowns[i.unknown].pose) continue;
     joints_at[i.unknown].push_back(i.constraint);
     bodies_of[i.constraint].push_back(i.unknown);
   }
   std::vector<std::size_t> left(system.body_count());  // joints at each body
-  std::vector<char> done(system.joint_count(), 0);
+  std::vector<char> done(system.constraint_count(), 0);
   std::vector<int> held_by_one;
   for (int i = system.body_count() - 1; i >= 0; --i) {
     left[i] = joints_at[i].size();
@@ -279,7 +281,7 @@ std::vector<Part> parts_of(const Place& at) {
       if (--left[i] == 1) held_by_one.push_back(i);
     }
   }
-  for (int first = 0; first < system.joint_count(); ++first) {
+  for (int first = 0; first < system.constraint_count(); ++first) {
     if (done[first] != 0) continue;
     Part part{{first}, {}};
     done[first] = 1;
@@ -305,8 +307,12 @@ std::vector<Part> parts_of(const Place& at) {
 // Whether equations of a part that are dependent at q are so wherever its motions lead: moves along them a little.
 bool dependent_everywhere(const System& system, const VectorXd& q, const Part& part, int independent) {
   constexpr double kDistance = 0.02;
-  const ScaledEquations s = scaled_equations(Place(system, q), part);
+  const Place at(system, q);
+  const ScaledEquations s = scaled_equations(at, part);
   const LeastSquares equations(s.B, kDependent);
+  Inputs u = system.make_inputs();
+  // Drives stay where they are: phi is their coordinate while they prescribe 0.
+  for (int d = 0; d < system.drive_count(); ++d) u.x[d] = at.e.phi[system.drive_lambda_index(d)];
   for (int trial = 0; trial < 4; ++trial) {
     VectorXd scaled(s.B.cols()), motion = VectorXd::Zero(system.velocity_size());
     for (Eigen::Index i = 0; i < scaled.size(); ++i) {  // any direction without symmetry
@@ -318,7 +324,7 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Part& p
     if (!(size > kDependent)) return true;  // nothing moves
     motion *= kDistance / size;
     VectorXd near = displaced(system, q, motion);
-    if (reach_positions(system, near) && freedom_of(Place(system, near), part).independent > independent) return false;
+    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent) return false;
   }
   return true;
 }
@@ -349,7 +355,7 @@ Freedom initial_freedom(const MultibodyDef& definition) {
     q.segment<3>(7 * i) = definition.bodies[i].initial_position;
     q.segment<4>(7 * i + 3) = definition.bodies[i].initial_quaternion.normalized();
   }
-  reach_positions(system, q);
+  reach_positions(system, inputs_at_start(definition, system), q);
   return freedom(system, q);
 }
 
@@ -361,11 +367,11 @@ std::string summary(const Freedom& f) {
   return text.str();
 }
 
-bool reach_positions(const System& system, VectorXd& q) {
+bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
   constexpr int kMaxIterations = 100;
   constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1], [rad]
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const Place at(system, q);
+    const Place at(system, q, u);
     const double residual = system.position_residual(at.e);
     if (!std::isfinite(residual)) return false;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;
@@ -376,7 +382,7 @@ bool reach_positions(const System& system, VectorXd& q) {
       VectorXd gaps(s.B.rows());
       Eigen::Index row = 0;
       for (int joint : part.joints) {  // after what the parts before it do to its bodies
-        VectorXd gap = at.e.phi.segment(system.lambda_index(joint), system.joint(joint).equations());
+        VectorXd gap = at.e.phi.segment(system.lambda_index(joint), system.constraint(joint).equations());
         for_gradients(at, joint,
                       [&](int velocity, const auto& B) { gap += B.lazyProduct(motion.segment(velocity, B.cols())); });
         gaps.segment(row, gap.size()) = gap;

@@ -9,13 +9,13 @@
 
 namespace sigmafmu {
 
-// The joints' equations B v = 0 at a position.
+// The equations B v = 0 of joints and drives at a position.
 struct Freedom {
   int velocities = 0, equations = 0, independent = 0;
   // Joints whose equations depend on each other, apart from those of other groups: which equations of a joint follow
   // from those before them is a matter of order.
   struct Group {
-    std::vector<int> joints;
+    std::vector<int> joints;           // and drives: constraints of the System
     int equations = 0, dependent = 0;  // of these joints
   };
   std::vector<Group> groups;
@@ -33,7 +33,7 @@ std::string summary(const Freedom& freedom);
 
 // Moves q onto Phi(q) = 0 also where equations are dependent; false when it cannot be reached. The way there is another
 // than that of ConsistentSolver: what is found is good for a diagnosis.
-bool reach_positions(const System& system, VectorXd& q);
+bool reach_positions(const System& system, const Inputs& u, VectorXd& q);
 
 // One sentence when equations are dependent at q, with Phi(q) = 0: joints that are dependent wherever they go, or a
 // position that is singular. Empty when all are independent.

@@ -5,6 +5,7 @@
 
 #include "lie/r3xso3.h"
 #include "multibody/dense_blocks.h"
+#include "solve/start/assembly.h"
 #include "solve/start/least_squares.h"
 
 namespace sigmafmu {
@@ -20,7 +21,13 @@ constexpr double kRounding = 1e-15, kReached = 1e-12, kAllowed = 1e-10;
 }  // namespace
 
 HeldProjection::HeldProjection(const MultibodyDef& definition, const System& system)
-    : definition_(definition), system_(system), e_(system.make_evaluation()) {}
+    : definition_(definition),
+      system_(system),
+      u_(inputs_at_start(definition, system)),
+      rest_(u_),
+      e_(system.make_evaluation()) {
+  rest_.xdot.setZero();
+}
 
 bool HeldProjection::holds(Kind kind, int object, int component) const {
   return definition_.held.count({kind, object, component}) > 0;
@@ -28,16 +35,19 @@ bool HeldProjection::holds(Kind kind, int object, int component) const {
 
 HeldProjection::Coordinates HeldProjection::held_coordinates(Kind kind) const {
   Coordinates result;
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    if (holds(kind, j)) result.push_back({j, 0.0, initial_value(definition_, {kind, j})});
+  for (const auto& [what, start] : definition_.held) {
+    if (what.kind != kind) continue;
+    result.push_back({system_.coordinate_index(what.object) + what.component, 0.0, initial_value(definition_, what)});
   }
   return result;
 }
 
-std::vector<int> HeldProjection::free_joints(Kind kind) const {
+std::vector<int> HeldProjection::free_coordinates(Kind kind) const {
   std::vector<int> result;
   for (int j = 0; j < system_.joint_count(); ++j) {
-    if (definition_.joints[j].has_coordinate() && !holds(kind, j)) result.push_back(j);
+    for (int c = 0; c < definition_.joints[j].coordinate_count(); ++c) {
+      if (!holds(kind, j, c)) result.push_back(system_.coordinate_index(j) + c);
+    }
   }
   return result;
 }
@@ -101,29 +111,26 @@ void HeldProjection::impose(VectorXd& v) const {
   }
 }
 
-double HeldProjection::coordinate(int j) const { return system_.coordinate_value(e_, system_.coordinate_index(j)); }
-
-double HeldProjection::coordinate_rate(int j) const { return system_.coordinate_rate(e_, system_.coordinate_index(j)); }
-
 // What the joints' equations and the coordinates, the part s of their ways, miss at q.
 VectorXd HeldProjection::gaps(const VectorXd& q, const Coordinates& coordinates, double s) {
-  system_.evaluate(q, VectorXd::Zero(system_.velocity_size()), e_);
+  system_.evaluate(q, VectorXd::Zero(system_.velocity_size()), u_, e_);
   int row = system_.constraint_size();
   VectorXd result(row + static_cast<Eigen::Index>(coordinates.size()));
   result.head(row) = e_.phi;
-  for (const auto& [joint, from, to] : coordinates) {
-    const double gap = coordinate(joint) - (s < 1 ? from + s * (to - from) : to);
-    result[row++] = definition_.joints[joint].type == JointType::revolute ? std::remainder(gap, kTwoPi) : gap;
+  for (const auto& [c, from, to] : coordinates) {
+    const double gap = coordinate(c) - (s < 1 ? from + s * (to - from) : to);
+    result[row++] = system_.coordinate(c).is_angle() ? std::remainder(gap, kTwoPi) : gap;
   }
   return result;
 }
 
-VectorXd HeldProjection::gaps_of_rates(const VectorXd& q, const VectorXd& v, const Coordinates& rates) {
-  system_.evaluate(q, v, e_);
+VectorXd HeldProjection::gaps_of_rates(const VectorXd& q, const VectorXd& v, const Inputs& u,
+                                       const Coordinates& rates) {
+  system_.evaluate(q, v, u, e_);
   int row = system_.constraint_size();
   VectorXd result(row + static_cast<Eigen::Index>(rates.size()));
   result.head(row) = e_.phidot;
-  for (const auto& [joint, from, to] : rates) result[row++] = coordinate_rate(joint) - to;
+  for (const auto& [c, from, to] : rates) result[row++] = coordinate_rate(c) - to;
   return result;
 }
 
@@ -135,7 +142,7 @@ void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates
   A_.resize(system_.constraint_size() + static_cast<Eigen::Index>(coordinates.size()), v.size());
   for (Eigen::Index k = 0; k < v.size(); ++k) {
     v[k] = 1;
-    A_.col(k) = gaps_of_rates(q, v, rates);
+    A_.col(k) = gaps_of_rates(q, v, rest_, rates);
     v[k] = 0;
   }
   M_ = dense_pairs(system_, e_.M);
@@ -183,12 +190,13 @@ VectorXd HeldProjection::moved(const VectorXd& q, const VectorXd& x) const {
 VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const {
   VectorXd result(system_.constraint_size() + static_cast<Eigen::Index>(coordinates.size()));
   result.setConstant(system_.size());
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    result.segment(system_.lambda_index(j), system_.joint(j).length_equations()).setOnes();
+  for (int c = 0; c < system_.constraint_count(); ++c) {
+    result.segment(system_.lambda_index(c), system_.constraint(c).length_equations()).setOnes();
   }
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    if (definition_.joints[coordinates[i].joint].type == JointType::prismatic)
+    if (!system_.coordinate(coordinates[i].index).is_angle()) {
       result[system_.constraint_size() + static_cast<Eigen::Index>(i)] = 1;
+    }
   }
   return result;
 }
@@ -256,9 +264,8 @@ int HeldProjection::steps(const VectorXd& q0, const Coordinates& coordinates) co
     count = std::max(count, (a.head<3>() - b.head<3>()).norm() / (kPart * system_.size()));
     count = std::max(count, lie::log(lie::quaternion(a).conjugate() * lie::quaternion(b)).norm() / kRotation);
   }
-  for (const auto& [joint, from, to] : coordinates) {
-    const bool turns = definition_.joints[joint].type == JointType::revolute;
-    count = std::max(count, std::abs(to - from) / (turns ? kRotation : kPart * system_.size()));
+  for (const auto& [c, from, to] : coordinates) {
+    count = std::max(count, std::abs(to - from) / (system_.coordinate(c).is_angle() ? kRotation : kPart * system_.size()));
   }
   return static_cast<int>(std::ceil(std::min(count, kMost)));
 }
@@ -340,12 +347,12 @@ void HeldProjection::positions(VectorXd& q) {
   const VectorXd q0 = q;
   fix(false);
   Coordinates held = held_coordinates(Kind::joint_coordinate), wishes;
-  system_.evaluate(q0, VectorXd::Zero(system_.velocity_size()), e_);
+  system_.evaluate(q0, VectorXd::Zero(system_.velocity_size()), u_, e_);
   for (Coordinate& c : held) {  // whole turns are no way
-    c.from = coordinate(c.joint);
-    if (definition_.joints[c.joint].type == JointType::revolute) c.to = c.from + std::fmod(c.to - c.from, kTwoPi);
+    c.from = coordinate(c.index);
+    if (system_.coordinate(c.index).is_angle()) c.to = c.from + std::fmod(c.to - c.from, kTwoPi);
   }
-  for (int joint : free_joints(Kind::joint_coordinate)) wishes.push_back({joint, coordinate(joint), coordinate(joint)});
+  for (int c : free_coordinates(Kind::joint_coordinate)) wishes.push_back({c, coordinate(c), coordinate(c)});
   const bool closed = grant(held, wishes, q, [&](const Coordinates& coordinates, bool condition, VectorXd& x) {
     return follow(q0, coordinates, condition, x);
   });
@@ -359,9 +366,9 @@ bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorX
   impose(v);
   if (system_.constraint_size() + rates.size() == 0) return true;
   linearize(q, rates);
-  for (int repeat = 0; repeat < 2; ++repeat) v += least_motion(gaps_of_rates(q, v, rates));  // once more for rounding
+  for (int repeat = 0; repeat < 2; ++repeat) v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
   impose(v);
-  return gaps_of_rates(q, v, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
+  return gaps_of_rates(q, v, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
 }
 
 void HeldProjection::velocities(const VectorXd& q0, const VectorXd& q, VectorXd& v) {
@@ -369,13 +376,13 @@ void HeldProjection::velocities(const VectorXd& q0, const VectorXd& q, VectorXd&
   fix(true);
   const Coordinates held = held_coordinates(Kind::joint_rate);
   Coordinates wishes;
-  system_.evaluate(q0, v0, e_);
-  for (int j : free_joints(Kind::joint_rate)) wishes.push_back({j, coordinate_rate(j), coordinate_rate(j)});
+  system_.evaluate(q0, v0, u_, e_);
+  for (int c : free_coordinates(Kind::joint_rate)) wishes.push_back({c, coordinate_rate(c), coordinate_rate(c)});
   const bool possible = grant(held, wishes, v, [&](const Coordinates& rates, bool, VectorXd& x) {
     x = v0;
     return adjust(q, rates, x);
   });
-  if (!possible) refuse(gaps_of_rates(q, v, held), held, true);
+  if (!possible) refuse(gaps_of_rates(q, v, u_, held), held, true);
 }
 
 }  // namespace sigmafmu

@@ -26,7 +26,7 @@ class HeldProjection {
  private:
   // A joint coordinate or its rate that equations ask for.
   struct Coordinate {
-    int joint;
+    int index;  // among those of all joints
     double from, to;
   };
   using Coordinates = std::vector<Coordinate>;
@@ -35,7 +35,7 @@ class HeldProjection {
 
   bool holds(InitialValue::Kind kind, int object, int component = 0) const;
   Coordinates held_coordinates(InitialValue::Kind kind) const;
-  std::vector<int> free_joints(InitialValue::Kind kind) const;
+  std::vector<int> free_coordinates(InitialValue::Kind kind) const;
   std::vector<int> columns(const InitialValue& what) const;
   void fix(bool motion);
   void impose(const VectorXd& q0, double s, VectorXd& q) const;
@@ -49,9 +49,9 @@ class HeldProjection {
   void approach(const Coordinates& coordinates, VectorXd& q);
   bool adjust(const VectorXd& q, const Coordinates& rates, VectorXd& v);
   VectorXd gaps(const VectorXd& q, const Coordinates& coordinates, double s);
-  VectorXd gaps_of_rates(const VectorXd& q, const VectorXd& v, const Coordinates& rates);
-  double coordinate(int joint) const;
-  double coordinate_rate(int joint) const;
+  VectorXd gaps_of_rates(const VectorXd& q, const VectorXd& v, const Inputs& u, const Coordinates& rates);
+  double coordinate(int c) const { return system_.coordinate_value(e_, c); }
+  double coordinate_rate(int c) const { return system_.coordinate_rate(e_, c); }
   void linearize(const VectorXd& q, const Coordinates& coordinates);
   VectorXd lengths_of_units(const Coordinates& coordinates) const;
   VectorXd least_motion(const VectorXd& gaps) const;
@@ -60,6 +60,7 @@ class HeldProjection {
 
   const MultibodyDef& definition_;
   const System& system_;
+  Inputs u_, rest_;  // at the start, and with drives at rest
   Evaluation e_;
   std::vector<int> free_[kLevels];  // velocities that may change, or whose positions may
   MatrixXd A_, M_;                  // equations (joints, then coordinates) by velocities; mass

@@ -47,7 +47,7 @@ void HeldProjection::refuse(const VectorXd& gaps, const Coordinates& coordinates
     }
     if (!what.of_joint()) claim.columns = columns(what);
     for (std::size_t i = 0; what.of_joint() && i < coordinates.size(); ++i) {
-      if (coordinates[i].joint != what.object) continue;
+      if (coordinates[i].index != system_.coordinate_index(what.object) + what.component) continue;
       claim.rows.push_back(system_.constraint_size() + static_cast<int>(i));
       units[claim.rows.back()] = initial_unit(definition_, what);
     }
@@ -55,12 +55,12 @@ void HeldProjection::refuse(const VectorXd& gaps, const Coordinates& coordinates
     names.push_back(name);
   }
   const std::size_t values = claims.size();
-  for (int j = 0; j < system_.joint_count(); ++j) {
+  for (int j = 0; j < system_.constraint_count(); ++j) {
     Claim claim;
-    for (int i = 0; i < system_.joint(j).equations(); ++i) claim.rows.push_back(system_.lambda_index(j) + i);
-    for (int i = 0; i < system_.joint(j).length_equations(); ++i) units[claim.rows[i]] = motion ? "m/s" : "m";
+    for (int i = 0; i < system_.constraint(j).equations(); ++i) claim.rows.push_back(system_.lambda_index(j) + i);
+    for (int i = 0; i < system_.constraint(j).length_equations(); ++i) units[claim.rows[i]] = motion ? "m/s" : "m";
     claims.push_back(claim);
-    names.push_back(definition_.joints[j].name);
+    names.push_back(constraint_name(definition_, j));
   }
 
   const VectorXd weights = lengths_of_units(coordinates);

@@ -1,7 +1,8 @@
-#include "fmi/units.h"
+#include "model/units.h"
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 namespace sigmafmu {
 
@@ -24,6 +25,8 @@ const std::vector<Unit>& units() {
       {"N.m", 1, 2, -2, 0, {{"N.mm", 1e3}}},
       {"N/m", 1, 0, -2, 0, {{"N/mm", 1e-3}}},
       {"N.s/m", 1, 0, -1, 0, {}},
+      {"N.m/rad", 1, 2, -2, -1, {}},
+      {"N.m.s/rad", 1, 2, -1, -1, {}},
       {"J", 1, 2, -2, 0, {{"mJ", 1e3}}},
   };
   return table;
@@ -74,6 +77,8 @@ const std::vector<RealType>& real_types() {
       {"Energy", "Energy", "J", nullptr, -inf, inf, nullptr},
       {"Stiffness", "TranslationalSpringConstant", "N/m", nullptr, 0, inf, nullptr},
       {"Damping", "TranslationalDampingConstant", "N.s/m", nullptr, 0, inf, nullptr},
+      {"TorsionalStiffness", "RotationalSpringConstant", "N.m/rad", nullptr, 0, inf, nullptr},
+      {"TorsionalDamping", "RotationalDampingConstant", "N.m.s/rad", nullptr, 0, inf, nullptr},
       {"MassDamping", "DampingCoefficient", "1/s", nullptr, 0, inf, nullptr},
       {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},
@@ -83,6 +88,13 @@ const std::vector<RealType>& real_types() {
       {"Number", "Dimensionless", "1", nullptr, -inf, inf, nullptr},
   };
   return table;
+}
+
+const RealType& real_type(const std::string& name) {
+  for (const RealType& type : real_types()) {
+    if (type.name == name) return type;
+  }
+  throw std::logic_error("no type " + name);
 }
 
 }  // namespace sigmafmu

@@ -1,5 +1,5 @@
 // Units, types of variables and their nominal values: tables behind TypeDefinitions; enumerations are in
-// model/settings_table.h.
+// settings_table.h.
 #pragma once
 
 #include <string>
@@ -41,5 +41,7 @@ struct RealType {
   double Scales::* nominal;  // or null
 };
 const std::vector<RealType>& real_types();
+// By its name, which must be one of the table.
+const RealType& real_type(const std::string& name);
 
 }  // namespace sigmafmu

@@ -1,0 +1,51 @@
+// The closed list of the forces that a mechanism may have; all that handles them goes through it.
+//
+// A definition has kKind (in messages), kType (in files, where a list holds several types), parameters(), check() of
+// what it refers to, visit() of its members for files, and a name or variable(), which makes names of variables.
+#pragma once
+
+#include <type_traits>
+#include <utility>
+
+#include "model/elements/joint_spring.h"
+#include "model/elements/load.h"
+#include "model/elements/spring_damper.h"
+
+namespace sigmafmu {
+
+// Calls use(key of the list in files, list) for each type of force; Any is a MultibodyDef, const or not.
+template <typename Any, typename Use>
+void for_each_force_list(Any& d, Use use) {
+  use("forces", d.spring_dampers);
+  use("loads", d.loads);
+  use("joint_springs", d.joint_springs);
+}
+
+template <typename Def, typename = void>
+struct HasName : std::false_type {};
+template <typename Def>
+struct HasName<Def, std::void_t<decltype(std::declval<Def>().name)>> : std::true_type {};
+template <typename Def, typename = void>
+struct HasDescription : std::false_type {};
+template <typename Def>
+struct HasDescription<Def, std::void_t<decltype(std::declval<Def>().description)>> : std::true_type {};
+
+// The name of an element's variable.
+template <typename Def>
+std::string variable_name(const MultibodyDef& d, const Def& element, const std::string& word) {
+  if constexpr (HasName<Def>::value) {
+    return element.name + "." + word;
+  } else {
+    return element.variable(d, word);
+  }
+}
+
+template <typename Def>
+const char* type_of(const MultibodyDef& d, const Def& element, const Parameter<Def>& parameter) {
+  if constexpr (!HasName<Def>::value) {
+    if (parameter.type_of_angle && element.turns(d)) return parameter.type_of_angle;
+  }
+  return parameter.type;
+}
+
+}  // namespace sigmafmu

@@ -1,0 +1,68 @@
+// Ports of stations and of the whole mechanism.
+#include <algorithm>
+
+#include "multibody/ports/ports.h"
+
+namespace sigmafmu {
+namespace {
+
+void station_position(const View& view, int s, int, double* values) {
+  const StationDef& station = view.mechanism.stations[s];
+  Vector3d sum = Vector3d::Zero();
+  for (int node : station.nodes) sum += view.system.node_position(view.evaluation, station.body, node);
+  vector3(values) = sum / static_cast<double>(station.nodes.size());
+}
+
+void station_deflection(const View& view, int s, int, double* values) {
+  const StationDef& station = view.mechanism.stations[s];
+  const int f = view.system.flexible_index(station.body);
+  const VectorXd& zeta = view.evaluation.flexible[f].zeta;
+  const std::size_t axes = station.deflection_axes.size();
+  std::fill_n(values, axes, 0.0);
+  for (int node : station.nodes) {
+    const Vector3d displacement = view.system.flexible(f).shape(node).lazyProduct(zeta);
+    for (std::size_t i = 0; i < axes; ++i) values[i] += station.deflection_axes[i].dot(displacement);
+  }
+  for (std::size_t i = 0; i < axes; ++i) values[i] /= static_cast<double>(station.nodes.size());
+}
+
+// Kinetic, potential and total energy.
+void energies(const View& view, int, int, double* values) {
+  values[0] = view.system.kinetic_energy(view.evaluation);
+  values[1] = view.system.potential_energy(view.evaluation, view.inputs);
+  values[2] = values[0] + values[1];
+}
+
+}  // namespace
+
+void station_ports(Ports& ports, int s) {
+  const StationDef& d = ports.mechanism.stations[s];
+  ports.owner(d.name, "station");
+  ports.outputs(s, d.name + ".position", 3, "Displacement", "Position in W: " + d.description, station_position);
+  const int axes = static_cast<int>(d.deflection_axes.size());
+  if (axes == 0) return;
+  ports.outputs(s, d.name + ".deflection", axes == 1 ? 0 : axes, "Deflection",
+                "Displacement by deformation, in body axes: " + d.description, station_deflection);
+}
+
+void system_ports(Ports& ports) {
+  ports.owner("", "");
+  using V = const View&;
+  ports.parameters(
+      0, "gravity", 3, "Acceleration", "Gravitational acceleration in W",
+      [](Mechanism& m, int, int, int c) -> double& { return m.multibody.gravity[c]; }, Variability::tunable);
+  const Ports::Group energy = ports.group(0, 3, energies);
+  ports.output(energy, 0, "energy.kinetic", "Energy", "Kinetic energy of all bodies");
+  ports.output(energy, 1, "energy.potential", "Energy",
+         ports.system.flexible_count() > 0 ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
+                                      : "Potential energy of gravity (zero at the origin of W) and springs");
+  ports.output(energy, 2, "energy.total", "Energy", "Kinetic and potential energy");
+  ports.output(0, "constraint.positionResidual", "Residual",
+                "Largest violation of a joint equation (m, or 1 for directions)",
+                [](V v, int, int, double* x) { *x = v.system.position_residual(v.evaluation); });
+  ports.output(0, "constraint.velocityResidual", "Residual",
+                "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
+                [](V v, int, int, double* x) { *x = v.system.velocity_residual(v.evaluation); });
+}
+
+}  // namespace sigmafmu
