@@ -26,7 +26,7 @@ bool Problem::unambiguous(const VectorXd& theta, StepFailure& failure) const {
 
 void Problem::commit(State& s, double h, const VectorXd& q, const VectorXd& v, const VectorXd& vdot,
                      const VectorXd& lambda, const Evaluation& e, double error) const {
-  system.count_turns(e, h, s.turned);
+  if (s.turned.size() > 0) system.count_turns(e, h, s.turned);
   s.time += h;
   s.elapsed += h;
   coordinates->store(q, s.q);

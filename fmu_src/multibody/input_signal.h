@@ -19,7 +19,7 @@ struct Inputs {
     for (Eigen::VectorXd* y : {&x, &xdot, &xddot}) y->setZero(drives);
   }
   bool acts_like(const Inputs& other) const {
-    return u == other.u && x == other.x && xdot == other.xdot && xddot == other.xddot;
+    return u == other.u && (x.size() == 0 || (x == other.x && xdot == other.xdot && xddot == other.xddot));
   }
 };
 
@@ -36,7 +36,7 @@ struct InputSignal {
     for (auto& d : drive) d.setZero(drives);
   }
   void value(double s, const Eigen::VectorXd& turned, Inputs& at) const {
-    at.turned = turned;
+    if (turned.size() > 0) at.turned = turned;
     at.u = derivative[0] + s * derivative[1] + (0.5 * s * s) * derivative[2];
     drives(s, at);
   }
@@ -50,6 +50,7 @@ struct InputSignal {
   void continue_from(const Inputs& at) {
     derivative[0] = at.u;
     for (int k = 1; k <= kMaxDerivative; ++k) derivative[k].setZero();
+    if (drive[0].size() == 0) return;
     drive[0] = at.x;
     drive[1] = at.xdot;
   }

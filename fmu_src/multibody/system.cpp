@@ -44,7 +44,7 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
     element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
   }
-  pull_back_rows(e);
+  if (!pulled_rows_.empty()) pull_back_rows(e);
 }
 
 void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const Inputs& u,
@@ -112,7 +112,7 @@ void System::constraint_rates(const Inputs& u, Evaluation& e) const {
   for (const auto& [element, at, first, rows] : constraints_) {
     element->rates(u, kinematics(e, at), FrameRows(e.Z.data() + rows, element->equations()), e.W.data() + first);
   }
-  pull_back_rates(e);
+  if (!pulled_rows_.empty()) pull_back_rates(e);
 }
 
 void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Inputs& u, Evaluation& e) const {
