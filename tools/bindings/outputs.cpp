@@ -30,13 +30,9 @@ struct PyOutputs {
       if (v.input >= 0) inputs.push_back(v.name);
     }
   }
-  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& angles) {
-    const VectorXd near = angles.value_or(VectorXd::Zero(system.joint_count()));
-    if (near.size() != system.joint_count()) throw std::invalid_argument("angles has the wrong size");
-    inputs_.turned.setZero(system.coordinate_count());
-    for (int j = 0; j < system.joint_count(); ++j) {
-      if (!system.joint(j).coordinates().empty()) inputs_.turned[system.coordinate_index(j)] = near[j];
-    }
+  VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& turned) {
+    inputs_.turned = turned.value_or(VectorXd::Zero(system.coordinate_count()));
+    if (inputs_.turned.size() != system.coordinate_count()) throw std::invalid_argument("turned has the wrong size");
     VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
     inputs_.u = u;
     if (!solver.accelerations(q, v, inputs_, vdot, lambda)) {
@@ -94,8 +90,8 @@ void bind_outputs(nb::module_& m) {
       .def(nb::init<const Mechanism&>())
       .def_prop_ro("names", &PyOutputs::names)
       .def_ro("inputs", &PyOutputs::inputs, "Names of the entries of u.")
-      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a, "angles"_a = nb::none(),
-           "Joint angles are those nearest to `angles` [rad], one for each joint; default: zero.")
+      .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a, "turned"_a = nb::none(),
+           "Angles are those nearest to `turned`, one for each coordinate of a joint; default: zero.")
       .def_prop_ro("jumping", &PyOutputs::jumping, "Indices of the outputs that may jump while the mechanism does not.")
       .def("rates", &PyOutputs::rates, "q"_a, "v"_a, "Derivatives of these along v.");
 }

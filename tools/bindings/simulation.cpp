@@ -33,16 +33,6 @@ struct PySimulation {
   void start() {
     if (!integrator.initialize(state, input)) throw std::runtime_error("no consistent accelerations");
   }
-  VectorXd angles() const {
-    VectorXd result = VectorXd::Zero(system.joint_count());
-    for (int j = 0; j < system.joint_count(); ++j) {
-      const auto& coordinates = system.joint(j).coordinates();
-      for (std::size_t k = 0; k < coordinates.size(); ++k) {
-        if (coordinates[k].is_angle()) result[j] = state.turned[system.coordinate_index(j) + static_cast<int>(k)];
-      }
-    }
-    return result;
-  }
   // `steps` internal steps of h.
   void advance(double h, int steps) {
     for (int i = 0; i < steps; ++i) {
@@ -144,7 +134,6 @@ void bind_simulation(nb::module_& m) {
   nb::class_<PySimulation>(m, "Simulation", "A mechanism, assembled at its initial values, and its integrator.")
       .def(nb::init<const Mechanism&>())
       .def_rw("state", &PySimulation::state)
-      .def_prop_ro("angles", &PySimulation::angles, "Of every joint, with turns [rad]; 0 for joints without an angle.")
       .def("start", &PySimulation::start, "Consistent accelerations at the present q, v.")
       .def("advance", &PySimulation::advance, "h"_a, "steps"_a, "`steps` internal steps of h [s].")
       .def("run", &PySimulation::run, "t_end"_a, "steps"_a)

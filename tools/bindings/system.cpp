@@ -100,14 +100,24 @@ struct PySystem {
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
     system.evaluate(q, v, start, e);
-    VectorXd x = VectorXd::Zero(system.joint_count()), rate = x;
-    for (int j = 0; j < system.joint_count(); ++j) {
-      const int c = coordinate_of(j, 0);
-      if (c < 0) continue;
-      x[j] = system.coordinate_value(e, c);
-      rate[j] = system.coordinate_rate(e, c);
+    VectorXd x = VectorXd::Zero(system.coordinate_count()), rate = x;
+    for (int c = 0; c < system.coordinate_count(); ++c) {
+      x[c] = system.coordinate_value(e, c);
+      rate[c] = system.coordinate_rate(e, c);
     }
     return nb::make_tuple(x, rate);
+  }
+  // Which of them turn, and the joints they belong to.
+  nb::tuple kinds_of_coordinates() const {
+    std::vector<bool> turns;
+    std::vector<int> joints;
+    for (int j = 0; j < system.joint_count(); ++j) {
+      for (const JointCoordinate& c : system.joint(j).coordinates()) {
+        turns.push_back(c.is_angle());
+        joints.push_back(j);
+      }
+    }
+    return nb::make_tuple(turns, joints);
   }
   // Coordinate k of a joint among all, -1: it has none.
   int coordinate_of(int joint, int k) const {
@@ -230,7 +240,8 @@ void bind_system(nb::module_& m) {
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a, "coordinate"_a = 0,
            "(value, rate); NaN for a joint that has none.")
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
-           "Coordinates of all joints and their rates; zero for joints that have none.")
+           "Coordinates of all joints and their rates, joint after joint.")
+      .def("kinds_of_coordinates", &PySystem::kinds_of_coordinates, "(whether it is an angle, its joint) for each.")
       .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
       .def("compose", &PySystem::compose, "q"_a, "theta"_a)
       .def("project_positions", &PySystem::project_positions, "q"_a)

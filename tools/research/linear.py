@@ -152,7 +152,7 @@ class _Plant:
         def at(s: float) -> np.ndarray:
             q = system.project_positions(system.compose(point.q, s * direction[0]))
             v = system.project_velocities(q, point.v + s * direction[1])
-            near = OperatingPoint(point.mechanism, q, v, point.u, point.angles)
+            near = OperatingPoint(point.mechanism, q, v, point.u, point.turned)
             self.start(near.start_values())
             reading = _Reading(self.read(), centre, self.linear)
             return np.concatenate([reading.x, reading.dx, _wrap(self.linear.outputs, reading.y - centre.y, centre.y)])

@@ -37,7 +37,7 @@ def history(mechanism: str, stop_time: float, h: float) -> dict[str, Any]:
     states = []
     for i, t in enumerate(times):
         run.run(t, stride if i else 0)
-        states.append(np.concatenate([run.state.q[:7], run.state.v[:6], run.state.q[-7:-4], run.angles]))
+        states.append(np.concatenate([run.state.q[:7], run.state.v[:6], run.state.q[-7:-4], run.state.turned]))
     return {
         "time": times,
         "ours": _from_states(mechanism, np.array(states)),
@@ -46,13 +46,13 @@ def history(mechanism: str, stop_time: float, h: float) -> dict[str, Any]:
 
 
 def _from_states(mechanism: str, states: np.ndarray) -> np.ndarray:
-    """Rows: q and v of the first body, position of the last, angles of the joints."""
-    q, v, last, angles = states[:, :7], states[:, 7:13], states[:, 13:16], states[:, 16:]
+    """Rows: q and v of the first body, position of the last, coordinates of the joints."""
+    q, v, last, turned = states[:, :7], states[:, 7:13], states[:, 13:16], states[:, 16:]
     if mechanism == "HeavyTop":
         return np.hstack([q[:, :3], v[:, :3]])
     if mechanism == "HighSpeedRotor":
         return np.hstack([q[:, :3] + runs.rotations(q[:, 3:]).apply(LEFT_BEARING), v[:, 3:]])
-    return np.column_stack([last[:, 0], angles[:, 0]])
+    return np.column_stack([last[:, 0], turned[:, 0]])
 
 
 LEFT_BEARING = np.array([-0.11, 0.0, 0.0])  # m in B: p1 of the paper

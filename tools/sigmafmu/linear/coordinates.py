@@ -43,11 +43,8 @@ class Coordinates:
         multibody = mechanism.multibody
         self._bodies = range(len(multibody.bodies))
         self._modes = slice(6 * len(multibody.bodies), system.velocity_size)
-        types = [joint.type for joint in multibody.joints]
-        self._revolute = np.array([kind == _core.JointType.revolute for kind in types], dtype=bool)
-        self._joints = [
-            j for j, kind in enumerate(types) if kind in (_core.JointType.revolute, _core.JointType.prismatic)
-        ]
+        turns, self._joints = system.kinds_of_coordinates()
+        self._turns = np.array(turns, dtype=bool)
         self.all = [*self._of_joints(multibody), *self._of_modes(multibody), *self._of_bodies(multibody)]
         self._first_body = len(self.all) - 6 * len(multibody.bodies)
 
@@ -55,9 +52,9 @@ class Coordinates:
         names = [multibody.joints[j].name for j in self._joints]
         return [
             Coordinate(f"{name}.angle", f"{name}.angularRate", "rad", "rad/s")
-            if self._revolute[j]
+            if turns
             else Coordinate(f"{name}.displacement", f"{name}.rate", "m", "m/s")
-            for j, name in zip(self._joints, names, strict=True)
+            for turns, name in zip(self._turns, names, strict=True)
         ]
 
     def _of_modes(self, multibody: "_core.Multibody") -> list[Coordinate]:
@@ -89,9 +86,9 @@ class Coordinates:
         positions = [first + c for first in bodies for c in range(3)]
         return [*range(self._first_body), *rotations, *positions]
 
-    def values(self, q: np.ndarray, angles: np.ndarray) -> np.ndarray:
-        """Coordinates at a point; those that are no integrals are zero there. `angles`: near those of the joints."""
-        joints = turned(self._system, self._revolute, q, angles)[self._joints]
+    def values(self, q: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Coordinates at a point; those that are no integrals are zero there. `near`: near those of the joints."""
+        joints = self.turned(q, near)
         bodies = np.zeros((len(self._bodies), 6))
         if not self._in_body:
             for i in self._bodies:
@@ -100,7 +97,7 @@ class Coordinates:
 
     def rates(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """L(q) v."""
-        joints = self._system.coordinates(q, v)[1][self._joints]
+        joints = self._system.coordinates(q, v)[1]
         return np.concatenate([joints, v[self._modes], *(self._rates_of_body(i, q, v) for i in self._bodies)])
 
     def _rates_of_body(self, i: int, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -114,7 +111,7 @@ class Coordinates:
         joints = len(self._joints)
         if joints:
             result[:joints] += derivative(
-                lambda s: self._system.coordinates(self._system.compose(q, s * v), v)[1][self._joints], time
+                lambda s: self._system.coordinates(self._system.compose(q, s * v), v)[1], time
             )
         if self._in_body:
             for i in self._bodies:
@@ -127,15 +124,10 @@ class Coordinates:
         """L(q)."""
         return np.column_stack([self.rates(q, unit) for unit in np.eye(self._system.velocity_size)])
 
-    def angles(self, q: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Joint angles with the turns that bring them closest to `near`; 0 for joints without an angle."""
-        return np.where(self._revolute, turned(self._system, self._revolute, q, near), 0.0)
-
-
-def turned(system: "_core.System", revolute: np.ndarray, q: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Coordinates of all joints, angles with the turns that bring them closest to `near`."""
-    values = system.coordinates(q, np.zeros(system.velocity_size))[0]
-    return values + revolute * 2 * np.pi * np.round((near - values) / (2 * np.pi))
+    def turned(self, q: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Coordinates of joints, angles with the turns that bring them closest to `near`."""
+        values = self._system.coordinates(q, np.zeros(self._system.velocity_size))[0]
+        return values + self._turns * 2 * np.pi * np.round((near - values) / (2 * np.pi))
 
 
 def sizes(mechanism: "_core.Mechanism", system: "_core.System") -> np.ndarray:

@@ -78,7 +78,7 @@ class _Search:
         self.start = start
 
     def run(self) -> OperatingPoint:
-        linear = self._at(self.start.q, self.start.u, self.start.angles)
+        linear = self._at(self.start.q, self.start.u, self.start.turned)
         accelerations, gap = self._residual(linear)
         allowed = TOLERANCE * max(1.0, float(np.abs(accelerations).max()))
         for _ in range(MAX_STEPS):
@@ -89,9 +89,9 @@ class _Search:
             accelerations, gap = self._residual(linear)
         raise SigmafmuError(self._failure(linear, accelerations, gap))
 
-    def _at(self, q: np.ndarray, u: np.ndarray, angles: np.ndarray) -> Linearization:
+    def _at(self, q: np.ndarray, u: np.ndarray, turned: np.ndarray) -> Linearization:
         """The point at these positions, with the velocities of the motion that is sought."""
-        still = replace(self.start, q=q, v=np.zeros_like(self.start.v), u=u, angles=angles, time=0.0)
+        still = replace(self.start, q=q, v=np.zeros_like(self.start.v), u=u, turned=turned, time=0.0)
         linear = Linearization(still, self.frame, self.wanted)
         if not self.rate_values:
             return linear
@@ -121,7 +121,7 @@ class _Search:
             q = self._moved(linear, linear.selection.motions @ step[:freedom])
         u = point.u.copy()
         u[self.columns] += step[len(step) - len(self.columns) :]
-        return self._at(q, u, linear.coordinates.angles(q, point.angles))
+        return self._at(q, u, linear.coordinates.turned(q, point.turned))
 
     def _moved(self, linear: Linearization, motion: np.ndarray) -> np.ndarray:
         try:

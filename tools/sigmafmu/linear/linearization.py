@@ -102,7 +102,7 @@ class Linearization:
         freedom = len(chosen)
         accelerations, y = self.accelerations_and_outputs()
         rates = self.coordinates.rates(point.q, point.v)[self.selection.indices]
-        values = self.coordinates.values(point.q, point.angles)[self.selection.indices]
+        values = self.coordinates.values(point.q, point.turned)[self.selection.indices]
         input_names = tuple(self.outputs.inputs[i] for i in columns)
         output_names = tuple(self.outputs.names[i] for i in rows)
         return LinearModel(
@@ -184,7 +184,7 @@ class Linearization:
         """η' and all outputs."""
         try:
             vdot = self.system.accelerations(q, v, u)[0]
-            y = self.outputs.values(q, v, u, self.point.angles)
+            y = self.outputs.values(q, v, u, self.point.turned)
         except RuntimeError as error:
             where = f"{self.point.model} at t = {self.point.time:g} s"
             raise SigmafmuError(f"cannot linearise {where}: {error}") from error

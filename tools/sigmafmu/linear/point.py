@@ -21,7 +21,7 @@ class OperatingPoint:
     q: np.ndarray
     v: np.ndarray
     u: np.ndarray
-    angles: np.ndarray  # of every joint, with turns [rad]; 0 for joints without an angle
+    turned: np.ndarray  # coordinates of joints: angles with their turns [rad], displacements [m]
     time: float = 0.0  # s
     units: Mapping[str, str] = field(default_factory=dict)  # of inputs and outputs
     settings: Mapping[str, Value] = field(default_factory=dict)  # parameters that were set
@@ -99,7 +99,7 @@ def operating_point(
     state = simulation.state
     units = {variable.name: variable.unit or "" for variable in fmu.variables.values()}
     parameters = {v.name: value for v, value in assignments if v.causality == "parameter" and not _starts(v.name)}
-    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, simulation.angles, at, units, parameters)
+    return OperatingPoint(mechanism, state.q.copy(), state.v.copy(), u, state.turned.copy(), at, units, parameters)
 
 
 def _starts(name: str) -> bool:
