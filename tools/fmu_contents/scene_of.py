@@ -118,12 +118,12 @@ def _body(body: Body, scene: Scene, color: str) -> Iterable[Part]:
     for end in body.ends:
         if np.linalg.norm(end - body.centre) > t:
             yield cylinder(body.centre, end, t), color
-    faces, axis = _equal_solid(body, t, size)
+    faces, axis = equal_solid(body, t, size)
     scene.faces_to += [] if axis is None else [axis]
     yield faces, color
 
 
-def _equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray | None]:
+def equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray | None]:
     """The cylinder, ball or box of the body's inertia, neither tiny nor huge beside the mechanism; a disk's axis."""
     moments, axes = np.linalg.eigh(body.inertia)
     if body.mass <= 0 or moments[-1] <= 0:
@@ -136,9 +136,8 @@ def _equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray |
     limits = np.full(3, 0.44 * size)
     if slender:  # and between its joints, so that these can be seen
         free = 2 * body.reach - 8 * t
-        limits = np.where(
-            edges == longest, min(size, free if free > 0.4 * longest else size), max(0.07 * longest, 3.2 * t)
-        )
+        limits[:] = max(0.07 * longest, 3.2 * t)
+        limits[edges == longest] = min(size, free if free > 0.4 * longest else size)
     edges = np.clip(edges, np.minimum(least, limits), limits)
     alone = _alone(moments)
     if body.guided or (alone is None and moments[-1] > 1.02 * moments[0]):
@@ -161,19 +160,16 @@ def _bands(body: Body, t: float) -> Iterable[Faces]:
     _, _, directions = np.linalg.svd(body.nodes - body.centre, full_matrices=False)
     R = np.column_stack([directions[0], directions[1], np.cross(directions[0], directions[1])])
     local = (body.nodes - body.centre) @ R
-    along = local[:, 0]
-    low, high = along.min(), along.max()
+    along = (local[:, 0] - local[:, 0].min()) / max(float(np.ptp(local[:, 0])), 1e-300)
+    bins = np.round(SECTIONS * along).astype(int)
+    parts = [local[bins == i] for i in np.unique(bins)]
+    middles = np.array([(part.min(axis=0) + part.max(axis=0)) / 2 for part in parts])
+    halves = np.array([np.ptp(part, axis=0) / 2 for part in parts])[:, 1:]
     # A beam is drawn slender, so that joints and stations can be seen on it.
-    most = 1.1 * t if high - low > 10 * np.abs(local[:, 1]).max() else np.inf
-    bins = np.round((along - low) / max(high - low, 1e-300) * SECTIONS).astype(int)
-    sections = []
-    for i in np.unique(bins):
-        inside = local[bins == i]
-        (_, y0, z0), (_, y1, z1) = inside.min(axis=0), inside.max(axis=0)
-        y0, y1, z0, z1 = max(min(y0, -t), -most), min(max(y1, t), most), max(min(z0, -t), -most), min(max(z1, t), most)
-        sections.append([(inside[:, 0].mean(), y, z) for y, z in ((y1, z1), (y0, z1), (y0, z0), (y1, z0))])
-    corners = body.centre + np.array(sections) @ R.T
-    for pair in pairwise(corners):
+    most = 1.1 * t if np.ptp(local[:, 0]) > 10 * halves.max() else np.inf
+    halves = np.pad(np.clip(halves, t, max(most, t)), ((0, 0), (1, 0)))
+    corners = middles[:, None] + halves[:, None] * np.array([(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)])
+    for pair in pairwise(body.centre + corners @ R.T):
         yield lofted(np.array(pair))
 
 
@@ -199,10 +195,8 @@ def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:
     if force.any():
         yield arrow(body.centre, body.centre + 26 * t * unit(force), 0.8 * t), RED
     if torque.any():
-        yield (
-            turning_arrow(body.centre + (1.5 * body.gyration + 2 * t) * unit(torque), torque, 6 * t, 0.7 * t, 20, 300),
-            RED,
-        )
+        beside = body.centre + (1.5 * body.gyration + 2 * t) * unit(torque)
+        yield turning_arrow(beside, torque, 6 * t, 0.7 * t, 20, 300), RED
 
 
 def _strength(load: dict[str, Any]) -> str:

@@ -29,21 +29,19 @@ def foot(point: np.ndarray, direction: np.ndarray, t: float, length: float = FOO
             yield cylinder(start, start + R @ (t * np.array([-1.6, 0, 2.2])), 0.25 * t, 8), DARK
 
 
-def foot_direction(link: Link, down: np.ndarray) -> np.ndarray:
-    """Where a foot goes: not into the body, rather down than up, rather across the joint's axis."""
+def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
+    """Where a foot goes: not into the body, rather down than up, across an axis; along it if the middle turns there."""
     i = 0 if link.bodies[0] is None else 1
     other = link.bodies[1 - i]
     away = np.zeros(3) if other is None else link.points[i] - other.centre
-    distance_away = float(np.linalg.norm(away))
-    away = away / max(distance_away, 1e-300)
-    across = (
-        0.9 if distance_away > 1e-6 * FOOT else -0.9
-    )  # a body that turns about its middle has its post along the axis
-    candidates = [down, -down, *np.eye(3), *-np.eye(3)]
+    gap = float(np.linalg.norm(away))
     axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical") else np.zeros(3)
-    return max(
-        candidates, key=lambda d: round(2 * min(d @ away + 0.2, 0) + 0.7 * (d @ down) - across * abs(d @ axis), 6)
-    )
+
+    def merit(d: np.ndarray) -> float:
+        along_axis = abs(d @ axis) * (0.9 if gap > t else -0.9)
+        return round(2 * min(d @ away / max(gap, t) + 0.2, 0) + 0.7 * (d @ down) - along_axis, 6)
+
+    return max([down, -down, *np.eye(3), *-np.eye(3)], key=merit)
 
 
 def spherical(link: Link, t: float) -> Iterable[Part]:
@@ -133,9 +131,9 @@ def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     for body, point in zip(link.bodies, link.points, strict=True):
         if body is None and link.type in ("prismatic", "cylindrical"):
             for end in _guide(link, t):
-                yield from foot(end, foot_direction(link, down), t, 5.0)
+                yield from foot(end, foot_direction(link, t, down), t, 5.0)
         elif body is None:
-            yield from foot(point, foot_direction(link, down), t)
+            yield from foot(point, foot_direction(link, t, down), t)
 
 
 def spring_damper(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
