@@ -22,6 +22,7 @@ from pathlib import Path
 
 import documentation
 import draw
+import matplotlib
 import reference
 import terminals
 from description import read_description
@@ -45,6 +46,7 @@ def main() -> None:
 
     for folder in FOLDERS:
         shutil.rmtree(out / folder, ignore_errors=True)
+    matplotlib.rcdefaults()  # a user's own settings must not change an FMU
     mechanism = json.loads(options.mechanism.read_text(encoding="utf-8"))
     draw.draw_icon(mechanism, options.resources, out / "model.png")
     figure = draw.draw_figure(mechanism, options.resources)

@@ -23,7 +23,7 @@ STATIONS = 8
 
 @dataclass
 class Label:
-    """A name for the solids of `group`, which are at `point`; below it a detail."""
+    """A name for the solids of `group`, which are at `point` of W; below it a detail."""
 
     name: str
     detail: str
@@ -34,7 +34,7 @@ class Label:
 
 @dataclass
 class Scene:
-    """Solids with the group of each, labels, and points that a picture must hold."""
+    """Solids with the group of each, and labels."""
 
     layout: Layout
     solids: list[Part] = field(default_factory=list)
