@@ -90,3 +90,15 @@ def wheel():
     """A disk without mass away from its hinge: nothing but its inertia tells how large it is."""
     disk = body("wheel", [0, 0, 0], (0.1, 0.1, 0.2), 2.0, angular_velocity=[0, 0, 5.0])
     return {"bodies": [disk], "joints": [joint("axle", "revolute", ("ground", "wheel"), [0, 0, 0], [0, 0, 0])]}
+
+
+def block_on_a_rail():
+    """A block, larger than its joints are apart, on an inclined rail, with a pendulum."""
+    rail = rotation(np.array([np.cos(1.0), 0.0, np.sin(1.0), 0.0])).tolist()
+    block = body("block", [0, 0, 0], (4e-3, 5e-3, 6e-3), 2.0)
+    pendulum = body("pendulum", [0, 0, -0.25], (5e-3, 5e-3, 2e-4), 0.5)
+    joints = [
+        joint("rail", "prismatic", ("ground", "block"), (0, 0, 0), (0, 0, 0), (rail, rail)),
+        joint("hook", "universal", ("block", "pendulum"), (0, 0, -0.035), (0, 0, 0.215)),
+    ]
+    return {"bodies": [block, pendulum], "joints": joints, "gravity": [0.0, 0.0, -9.81]}

@@ -34,6 +34,7 @@ OTHERS = {
     "chain": drawn.chain(50),
     "free body": drawn.free_body(),
     "turns about its centre": drawn.wheel(),
+    "block on a rail": drawn.block_on_a_rail(),
 }
 
 
@@ -148,6 +149,15 @@ def test_solids_face_outward():
         a, b, c, d = np.moveaxis(faces - (1, 2, 3), 1, 0)
         inside = (np.einsum("fi,fi", a, np.cross(b, c)) + np.einsum("fi,fi", a, np.cross(c, d))) / 6
         assert inside == pytest.approx(volume, rel=0.03), name
+
+
+def test_a_rail_goes_on_beyond_the_block_on_it():
+    scenes, symbols = modules("scene_of", "symbols")
+    layout = layouts.Layout(drawn.block_on_a_rail(), HERE)
+    block, _ = scenes.equal_solid(layout.bodies["block"], layout.thickness, layout.size)
+    rail = np.concatenate([faces for faces, _ in symbols.joint(layout.joints[0], layout.thickness)])
+    assert np.ptp(rail.reshape(-1, 3) @ layout.joints[0].axes[0][:, 2]) > 1.5 * np.ptp(block[..., 0])
+    assert np.abs(block[..., 2]).max() == pytest.approx(0.035), "the hook is on the block's surface"
 
 
 def test_joints_at_a_node_are_where_the_node_is():

@@ -139,6 +139,9 @@ def equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray | 
         limits[:] = max(0.07 * longest, 3.2 * t)
         limits[edges == longest] = min(size, free if free > 0.4 * longest else size)
     edges = np.clip(edges, np.minimum(least, limits), limits)
+    if body.ends and not slender:  # joints that it would just hide are on its surface
+        depths = np.abs((np.array(body.ends) - body.centre) @ axes / (edges / 2)).max(axis=1)
+        edges = edges * min(depths[(depths > 0.5) & (depths < 1)], default=1.0)
     alone = _alone(moments)
     if body.guided or (alone is None and moments[-1] > 1.02 * moments[0]):
         return box(body.centre, edges, axes), None
@@ -184,7 +187,9 @@ def _spin_of(body: Body) -> float:
 def _spin(body: Body, t: float) -> Iterable[Part]:
     """Red arrow about the axis of a body that spins, beyond it."""
     if _spin_of(body):
-        place = body.centre + (0.6 * body.gyration + 8 * t) * unit(body.spin)
+        axis = unit(body.spin)
+        half = np.sqrt(max(1.5 * (np.trace(body.inertia) - 2 * axis @ body.inertia @ axis) / body.mass, 0))
+        place = body.centre + (half + 11 * t) * axis
         yield turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED
 
 

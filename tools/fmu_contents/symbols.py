@@ -65,10 +65,11 @@ def universal(link: Link, t: float) -> Iterable[Part]:
 
 
 def _guide(link: Link, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of a rail along z of the first frame that holds both points."""
+    """Ends of a rail along z of the first frame that holds both points and goes on beyond the bodies."""
     z = link.axes[0][:, 2]
     travel = float((link.points[1] - link.points[0]) @ z)
-    return link.points[0] + (min(travel, 0) - 14 * t) * z, link.points[0] + (max(travel, 0) + 14 * t) * z
+    beyond = max(14 * t, *(2.5 * body.gyration for body in link.bodies if body is not None))
+    return link.points[0] + (min(travel, 0) - beyond) * z, link.points[0] + (max(travel, 0) + beyond) * z
 
 
 def prismatic(link: Link, t: float) -> Iterable[Part]:
