@@ -34,7 +34,7 @@ endforeach()
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES REPLACE "^fmu_src/" "" OUTPUT_VARIABLE SIGMAFMU_SOURCE_NAMES)
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
 file(GLOB SIGMAFMU_CONTENTS CONFIGURE_DEPENDS tools/fmu_contents/*.py tools/fmu_contents/templates/*
-     tools/fmu_contents/licenses/* models/images/*.png models/errors/*.csv tests/references/*.csv)
+     tools/fmu_contents/licenses/* models/errors/*.csv tests/references/*.csv)
 list(APPEND SIGMAFMU_CONTENTS docs/mechanisms.md docs/fmi.md docs/method.md LICENSE)
 file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h
      ${CMAKE_CURRENT_SOURCE_DIR}/models/*.h)
@@ -79,8 +79,9 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     OUTPUT ${tree}/documentation/index.html
     COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents ${model}
             --model-description ${tree}/modelDescription.xml
+            --mechanism ${work}/mechanism.json --resources ${resources}
             --references ${CMAKE_CURRENT_SOURCE_DIR}/tests/references --output ${tree}
-    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml
+    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml ${work}/mechanism.json ${resource_files}
     COMMENT "Writing the documentation of ${model}"
     VERBATIM)
 

@@ -190,28 +190,31 @@ def test_numbers_keep_their_units(numbers_in_text, text, kept):
     assert re.sub('<span class="nb">(.*?)</span>', r"\1", html) == text
 
 
-def test_images_are_the_committed_ones(tree, model):
-    images = ROOT / "models" / "images"
-    for committed, packed in (
-        (images / f"{model}.icon.png", tree / "model.png"),
-        (images / f"{model}.png", tree / "documentation" / f"{model}.png"),
-    ):
-        assert committed.is_file() == packed.is_file(), f"{packed.name}: committed or packed, not both"
-        if committed.is_file():
-            assert committed.read_bytes() == packed.read_bytes()
+def header(image: Path) -> tuple[int, int, int]:
+    """Width, height and colour type of a PNG."""
+    signature, _length, kind, width, height, _depth, color = struct.unpack(">8sI4sIIBB", image.read_bytes()[:26])
+    assert (signature, kind) == (b"\x89PNG\r\n\x1a\n", b"IHDR")
+    return width, height, color
 
 
-def test_icon_is_a_small_transparent_square(tree, model):
-    icon = tree / "model.png"
-    if icon.is_file():
-        signature, _length, kind, width, height, _depth, color = struct.unpack(">8sI4sIIBB", icon.read_bytes()[:26])
-        assert (signature, kind) == (b"\x89PNG\r\n\x1a\n", b"IHDR")
-        assert (width, height) == (256, 256)
-        assert color == 6, "no transparency"
+def test_icon_is_a_small_transparent_square(tree):
+    assert header(tree / "model.png") == (256, 256, 6), "6 has transparency"
+
+
+def test_figure_is_in_the_documentation(tree, model):
+    width, height, _ = header(tree / "documentation" / f"{model}.png")
+    assert 300 < width < 1000
+    assert 150 < height < 1000
+    assert f'<img src="{model}.png"' in (tree / "documentation" / "index.html").read_text(encoding="utf-8")
+
+
+def test_pictures_have_neither_date_nor_version(tree, model):
+    for image in (tree / "model.png", tree / "documentation" / f"{model}.png"):
+        assert not {b"tIME", b"tEXt", b"iTXt"} & set(re.findall(rb"tIME|.TXt|tEXt", image.read_bytes()))
 
 
 def test_benchmark_mechanisms_have_everything(models):
-    """The mechanisms with a reference also have pictures and a section that describes them."""
+    """The mechanisms with a reference also have a section that describes them."""
     sections = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8")
     references = list((ROOT / "tests" / "references").glob("*.csv"))
     if not any(reference.stem in models for reference in references):
@@ -219,8 +222,6 @@ def test_benchmark_mechanisms_have_everything(models):
     for reference in references:
         assert reference.stem in models
         assert f"## {reference.stem}\n" in sections
-        for suffix in (".png", ".icon.png"):
-            assert (ROOT / "models" / "images" / f"{reference.stem}{suffix}").is_file()
 
 
 def tool(name: str) -> ModuleType:

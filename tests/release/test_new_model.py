@@ -53,8 +53,7 @@ def tree(tmp_path_factory, run) -> Path:
     (tree / "models").mkdir()
     for file in NEW.glob("*.cpp"):
         shutil.copy(file, tree / "models")
-    for kind in ("images", "errors"):
-        shutil.copytree(ROOT / "models" / kind, tree / "models" / kind)
+    shutil.copytree(ROOT / "models" / "errors", tree / "models" / "errors")
     run("cmake", "-G", "Ninja", "-S", tree, "-B", tree / "build")
     return tree
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import markdown
 from description import Description, Variable
+from draw import Picture
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from numbers_in_text import keep_together
@@ -25,14 +26,13 @@ TITLES = {
 JOINTS = ("revolute", "prismatic", "joint")
 
 
-def write(description: Description, experiment: Experiment | None, root: Path, out: Path) -> None:
+def write(description: Description, experiment: Experiment | None, picture: Picture, root: Path, out: Path) -> None:
     """Writes the documentation of a model into the FMU's folder `out`; `root` is the project's folder."""
     folder = out / "documentation"
     shutil.copytree(HERE / "licenses", folder / "licenses")
     shutil.copyfile(root / "LICENSE", folder / "licenses" / "sigmafmu-BSD-3-Clause.txt")
-    figure = root / "models" / "images" / f"{description.model}.png"
-    if figure.exists():
-        shutil.copyfile(figure, folder / figure.name)
+    figure = f"{description.model}.png"
+    picture.save(folder / figure)
 
     mechanisms, fmi, method = (_read(root / "docs" / name) for name in ("mechanisms.md", "fmi.md", "method.md"))
     environment = Environment(
@@ -45,7 +45,7 @@ def write(description: Description, experiment: Experiment | None, root: Path, o
     facts = {
         "fmu": description,
         "experiment": experiment,
-        "figure": figure.name if figure.exists() else None,
+        "figure": figure,
         "ls_ref": FOLDER.as_posix(),
         "safety": SAFETY,
         "flexible": description.owners("flexible"),

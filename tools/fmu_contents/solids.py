@@ -1,17 +1,11 @@
-"""Shaded solids for `draw.py`: meshes in W, seen from far away (parallel projection), far faces painted first."""
+"""Solids for `symbols.py` and `scene_of.py`: closed meshes of quadrilaterals in W."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
 
 Faces = np.ndarray
 """Quadrilaterals in W, faces × 4 × 3, counterclockwise as seen from outside."""
-
-LIGHT = np.array([0.25, 0.35, 0.9])
-"""From the scene to the light, in axes of the picture: right, up, towards the viewer."""
 
 
 def unit(x: Sequence[float]) -> np.ndarray:
@@ -33,42 +27,35 @@ def mesh(points: np.ndarray) -> Faces:
     return quads.reshape(-1, 4, 3)
 
 
-def turned(profile: Sequence[tuple[float, float]], start: Sequence[float], axis: Sequence[float], n: int = 60) -> Faces:
+def turned(profile: Sequence[tuple[float, float]], start: Sequence[float], axis: Sequence[float], n: int = 48) -> Faces:
     """Body of revolution: (distance from `start` along `axis`, radius) of its profile, end to end."""
     angle = np.linspace(0, 2 * np.pi, n, endpoint=False)
     circle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)]) @ frame_with_z(axis).T
     return mesh(np.stack([np.asarray(start) + z * unit(axis) + r * circle for z, r in profile]))
 
 
-def cylinder(start: Sequence[float], end: Sequence[float], radius: float, n: int = 60) -> Faces:
-    """Closed cylinder between two points; split along its length, so that sorting by depth works."""
+def cylinder(start: Sequence[float], end: Sequence[float], radius: float, n: int = 32) -> Faces:
+    """Closed cylinder between two points."""
     length = float(np.linalg.norm(np.subtract(end, start)))
-    pieces = max(1, round(length / (2 * radius)))
-    along = [(length * i / pieces, radius) for i in range(pieces + 1)]
-    return turned([(0, 0), *along, (length, 0)], start, np.subtract(end, start), n)
+    return turned([(0, 0), (0, radius), (length, radius), (length, 0)], start, np.subtract(end, start), n)
 
 
 def ball(centre: Sequence[float], radius: float) -> Faces:
     """Sphere."""
-    latitude = np.linspace(-np.pi / 2, np.pi / 2, 25)
-    return turned([(radius * np.sin(a), radius * np.cos(a)) for a in latitude], centre, (0, 0, 1))
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, 17)
+    return turned([(radius * np.sin(a), radius * np.cos(a)) for a in latitude], centre, (0, 0, 1), 28)
 
 
-def box(centre: Sequence[float], size: Sequence[float], pieces: int = 8) -> Faces:
-    """Box along the axes of W, its sides divided."""
-    faces = []
-    grid = np.linspace(-0.5, 0.5, pieces + 1)
-    for normal in range(3):
-        a, b = (normal + 1) % 3, (normal + 2) % 3
-        for side in (-0.5, 0.5):
-            points = np.zeros((pieces + 1, pieces + 1, 3))
-            points[..., normal] = side
-            points[..., a], points[..., b] = np.meshgrid(grid, grid, indexing="ij")
-            quads = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2).reshape(
-                -1, 4, 3
-            )
-            faces.append(quads if side > 0 else quads[:, ::-1])
-    return np.asarray(centre) + np.concatenate(faces) * np.asarray(size)
+def lofted(corners: np.ndarray) -> Faces:
+    """Closed body with four edges through `corners`, sections × 4 × 3, counterclockwise as seen from the last one."""
+    return np.concatenate([mesh(corners), corners[-1:], corners[:1, ::-1]])
+
+
+def box(centre: Sequence[float], size: Sequence[float], rotation: np.ndarray | None = None) -> Faces:
+    """Box with edges of lengths `size` along the columns of `rotation`, by default the axes of W."""
+    x, y, z = np.asarray(size) / 2
+    corners = np.array([[(x, y, h), (-x, y, h), (-x, -y, h), (x, -y, h)] for h in (-z, z)])
+    return lofted(np.asarray(centre) + corners @ (np.eye(3) if rotation is None else rotation).T)
 
 
 def tube(path: np.ndarray, radius: float, n: int = 12) -> Faces:
@@ -88,12 +75,12 @@ def spring(start: Sequence[float], end: Sequence[float], radius: float, wire: fl
     """Coil spring between two points, with straight ends."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     R, length = frame_with_z(end - start), np.linalg.norm(end - start)
-    s = np.linspace(0, 1, 40 * turns)
+    s = np.linspace(0, 1, 20 * turns)
     inside = (s > 0.12) & (s < 0.88)
     grow = np.clip(np.minimum(s - 0.12, 0.88 - s) / 0.03, 0, 1) * inside * radius
     angle = 2 * np.pi * turns * (s - 0.12) / 0.76
     local = np.column_stack([grow * np.cos(angle), grow * np.sin(angle), s * length])
-    return tube(start + local @ R.T, wire)
+    return tube(start + local @ R.T, wire, 8)
 
 
 def arrow(start: Sequence[float], end: Sequence[float], radius: float) -> Faces:
@@ -109,56 +96,7 @@ def turning_arrow(
 ) -> Faces:
     """Arrow along a circle about `axis`, from angle `start` to `end` in degrees."""
     R = frame_with_z(axis)
-    angle = np.radians(np.linspace(start, end, 60))
+    angle = np.radians(np.linspace(start, end, 40))
     path = np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) @ R.T
     ahead = unit(path[-1] - path[-2])
     return np.concatenate([tube(path, wire), turned([(0, 0), (0, 2.4 * wire), (5 * wire, 0)], path[-1], ahead, 30)])
-
-
-class Scene:
-    """Solids seen from `azimuth` and `elevation` in degrees, as in Matplotlib's 3D axes."""
-
-    def __init__(self, azimuth: float, elevation: float):
-        a, e = np.radians([azimuth, elevation])
-        towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-        right = np.array([-np.sin(a), np.cos(a), 0])
-        self.view = np.stack([right, np.cross(towards, right), towards])  # rows: right, up, towards the viewer
-        self.layers: tuple[list[tuple[Faces, str]], ...] = ([], [])  # the scene, and what is painted over it
-
-    def add(self, faces: Faces, color: str, *, over: bool = False) -> None:
-        """Put a solid into the scene, or over everything else."""
-        self.layers[over].append((faces, color))
-
-    def frame(self, origin: Sequence[float], length: float, rotation: np.ndarray | None = None) -> np.ndarray:
-        """Three arrows along x (red), y (green), z (blue); returns their tips, 3 × 3."""
-        R = np.eye(3) if rotation is None else rotation
-        tips = np.asarray(origin) + length * R.T
-        for tip, color in zip(tips, ("#c8372d", "#2e8b57", "#2b5fb3"), strict=True):
-            self.add(arrow(origin, tip, length * 0.022), color, over=True)
-        return tips
-
-    def project(self, point: Sequence[float]) -> np.ndarray:
-        """Where a point of W is in the picture."""
-        return (self.view @ np.asarray(point, dtype=float))[:2]
-
-    def draw(self, axes: Axes) -> None:
-        """Paint the solids."""
-        for layer in filter(None, self.layers):
-            self._paint(axes, layer)
-        axes.set_aspect("equal")
-        axes.autoscale_view()
-        axes.axis("off")
-
-    def _paint(self, axes: Axes, layer: list[tuple[Faces, str]]) -> None:
-        seen = np.concatenate([faces for faces, _ in layer]) @ self.view.T
-        colors = np.concatenate([np.tile(to_rgb(color), (len(faces), 1)) for faces, color in layer])
-        normals = np.cross(seen[:, 2] - seen[:, 0], seen[:, 3] - seen[:, 1])
-        sizes = np.linalg.norm(normals, axis=1)
-        front = (sizes > 0) & (normals[:, 2] > 0)
-        seen, colors, normals = seen[front], colors[front], normals[front] / sizes[front, None]
-        diffuse = np.clip(normals @ unit(LIGHT), 0, 1)[:, None]
-        shaded = np.clip(colors * (0.45 + 0.6 * diffuse) + 0.18 * diffuse**30, 0, 1)
-        order = np.argsort(seen[:, :, 2].mean(axis=1))
-        axes.add_collection(
-            PolyCollection(seen[order][:, :, :2], facecolors=shaded[order], edgecolors=shaded[order], linewidths=0.4)
-        )

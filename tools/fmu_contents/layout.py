@@ -1,0 +1,136 @@
+"""Where the parts of a mechanism are at the start, read from its file `mechanism.json`; lengths in m, vectors in W."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+GROUND = "ground"
+
+
+@dataclass
+class Body:
+    """A body; `nodes` (n × 3) are those of a flexible one, `ends` where joints and forces attach to it."""
+
+    name: str
+    position: np.ndarray
+    rotation: np.ndarray
+    centre: np.ndarray
+    mass: float
+    inertia: np.ndarray
+    spin: np.ndarray
+    nodes: np.ndarray | None = None
+    ends: list[np.ndarray] = field(default_factory=list)
+    guided: bool = False
+
+    @property
+    def reach(self) -> float:
+        """How far its ends are from its centre."""
+        return max((float(np.linalg.norm(end - self.centre)) for end in self.ends), default=0.0)
+
+    @property
+    def gyration(self) -> float:
+        """Its largest radius of gyration."""
+        return float(np.sqrt(max(np.linalg.eigvalsh(self.inertia)[-1], 0) / self.mass)) if self.mass > 0 else 0.0
+
+
+@dataclass
+class Link:
+    """A joint or a force between two bodies (None: the ground): a point and axes (columns) on each."""
+
+    name: str
+    type: str
+    bodies: list[Body | None]
+    points: list[np.ndarray]
+    axes: list[np.ndarray]
+    stiff: np.ndarray
+    """Directions, axes of W, in which a spring or damper acts."""
+
+
+class Layout:
+    """Bodies, joints and forces of a mechanism in its initial configuration."""
+
+    def __init__(self, mechanism: dict[str, Any], resources: Path, bold: float = 1.0):
+        bodies = [_body(entry, resources) for entry in mechanism.get("bodies", [])]
+        self.bodies = {body.name: body for body in bodies}
+        self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
+        self.forces, self.on_joints = [], []
+        for entry in mechanism.get("forces", []):
+            if "bodies" in entry:
+                self.forces.append(self._force(entry))
+            else:
+                self.on_joints.append((entry["name"], entry.get("joint")))
+        self.loads = [load for load in mechanism.get("loads", []) if load["body"] in self.bodies]
+        self.stations = [
+            (entry["name"], self.bodies[entry["body"]].nodes[entry["nodes"]].mean(axis=0))
+            for entry in mechanism.get("stations", [])
+        ]
+        self.gravity = np.array(mechanism.get("gravity", (0, 0, 0)), dtype=float)
+
+        span = float(np.linalg.norm(np.ptp(self.points, axis=0)))
+        gyration = float(np.median([body.gyration for body in bodies]))
+        self.size = (span if span > 2 * gyration else 5 * gyration) or 1.0
+        """How large the mechanism is."""
+        reaches = [body.reach for body in bodies if body.reach > 1e-6 * self.size]
+        usual = float(np.median(reaches)) if reaches else self.size
+        most = 0.014 * min(1.0, (3 / len(bodies)) ** 0.4)
+        self.thickness = bold * float(np.clip(0.1 * usual, 0.003 * self.size, most * self.size))
+        """Radius of bars, `bold` times the usual one."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Centres, nodes, and both points of joints and forces, n × 3."""
+        links = [point for link in (*self.joints, *self.forces) for point in link.points]
+        nodes = [node for body in self.bodies.values() if body.nodes is not None for node in body.nodes]
+        return np.array([body.centre for body in self.bodies.values()] + links + nodes)
+
+    def _joint(self, entry: dict[str, Any]) -> Link:
+        frames = [entry.get(key, {}) for key in ("frame1", "frame2")]
+        places = [(frame.get("position", (0, 0, 0)), frame.get("node", -1)) for frame in frames]
+        if entry["type"] in ("prismatic", "cylindrical", "planar") and entry["bodies"][1] in self.bodies:
+            self.bodies[entry["bodies"][1]].guided = True
+        return self._link(entry, places, [_rotation(frame.get("orientation", {})) for frame in frames])
+
+    def _force(self, entry: dict[str, Any]) -> Link:
+        places = [(entry.get(f"point{i}", (0, 0, 0)), entry.get(f"node{i}", -1)) for i in (1, 2)]
+        return self._link(entry, places, [np.eye(3)] * 2)
+
+    def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
+        bodies = [self.bodies.get(name) for name in entry["bodies"]]
+        points, axes = [], []
+        for body, (point, node), turn in zip(bodies, places, turns, strict=True):
+            place = np.array(point, dtype=float)
+            if body is not None:
+                place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
+                body.ends.append(place)
+            points.append(place)
+            axes.append(turn if body is None else body.rotation @ turn)
+        acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
+        acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
+        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, np.broadcast_to(acting, 3))
+
+
+def _body(entry: dict[str, Any], resources: Path) -> Body:
+    position = np.array(entry.get("position", (0, 0, 0)), dtype=float)
+    R = _rotation(entry.get("orientation", {}))
+    spin = R @ np.array(entry.get("angular_velocity", (0, 0, 0)), dtype=float)
+    if "flexible" in entry:
+        data = json.loads((resources / entry["flexible"]["file"]).read_text(encoding="utf-8"))
+        nodes = position + np.array(data["X"], dtype=float) @ R.T
+        return Body(entry["name"], position, R, nodes.mean(axis=0), 0.0, np.zeros((3, 3)), spin, nodes)
+    J = entry["inertia"]
+    xy, xz, yz = (J.get(key, 0.0) for key in ("xy", "xz", "yz"))
+    inertia = R @ np.array([[J["xx"], xy, xz], [xy, J["yy"], yz], [xz, yz, J["zz"]]]) @ R.T
+    return Body(entry["name"], position, R, position, float(entry["mass"]), inertia, spin)
+
+
+def _rotation(orientation: dict[str, Any]) -> np.ndarray:
+    """Rotation matrix of what the file has: a matrix or a quaternion (w, x, y, z)."""
+    if "matrix" in orientation:
+        return np.array(orientation["matrix"], dtype=float)
+    quaternion = np.array(orientation.get("quaternion", (1, 0, 0, 0)), dtype=float)
+    w, *vector = quaternion / np.linalg.norm(quaternion)
+    u = np.array(vector)
+    return (w * w - u @ u) * np.eye(3) + 2 * np.outer(u, u) + 2 * w * np.cross(np.eye(3), u)

@@ -1,0 +1,215 @@
+"""The scene of a mechanism: solids of its bodies, joints and forces, and what names them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import symbols
+from layout import Body, Layout
+from raster import LIGHT, view_from
+from solids import Faces, arrow, ball, box, cylinder, lofted, turning_arrow, unit
+from symbols import ORANGE, Part
+
+BODIES = ("#5b8fc4", "#62ab73", "#8a5fb0", "#c9b23f", "#4fa3a5", "#b8738a")
+RED = "#c8372d"
+SECTIONS = 24
+"""Bands of a flexible body at most."""
+STATIONS = 8
+"""So many stations are named at most."""
+
+
+@dataclass
+class Label:
+    """A name for the solids of `group`, which are at `point` of W; below it a detail."""
+
+    name: str
+    detail: str
+    point: np.ndarray
+    group: int
+    color: str = "#222222"
+
+
+@dataclass
+class Scene:
+    """Solids with the group of each, and labels."""
+
+    layout: Layout
+    solids: list[Part] = field(default_factory=list)
+    groups: list[int] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+    faces_to: list[np.ndarray] = field(default_factory=list)
+    """Axes of disks and hinges, which are best seen at an angle."""
+
+    def add(self, parts: Iterable[Part], name: str = "", detail: str = "", point=(0, 0, 0), **style: str) -> None:
+        """Put solids in, with a label if they have a name."""
+        group = len(self.labels)
+        for part in parts:
+            self.solids.append(part)
+            self.groups.append(group if name else -1)
+        if name:
+            self.labels.append(Label(name, detail, np.asarray(point, dtype=float), group, **style))
+
+    def best_view(self) -> np.ndarray:
+        """The direction from which points lie farthest apart and disks are neither lines nor circles."""
+        points = self.layout.points
+        points = points[:: max(1, len(points) // 60)]
+        pairs = np.array([p - q for p, q in product(points, points)])
+        lengths = np.linalg.norm(pairs, axis=1)
+        pairs, lengths = pairs[lengths > 0.02 * self.layout.size], lengths[lengths > 0.02 * self.layout.size]
+
+        def merit(angles: tuple[float, float]) -> float:
+            azimuth, elevation = angles
+            view = view_from(azimuth, elevation)
+            value = -0.1 * abs(azimuth + 55) / 90 - 0.1 * abs(elevation - 22) / 20
+            if len(pairs):
+                ratios = np.linalg.norm(pairs @ view[:2].T, axis=1) / lengths
+                value += (ratios @ lengths) / lengths.sum() + 0.4 * ratios.min()
+            for axis in self.faces_to:
+                seen = abs(float(axis @ view[2]))
+                lit = float(view @ axis @ unit(LIGHT)) * (1 if axis @ view[2] > 0 else -1)
+                value += (min(lit, 0.5) - 2 * max(0.3 - seen, 0) - 2 * max(seen - 0.75, 0)) / len(self.faces_to)
+            return round(value, 6)
+
+        return view_from(*max(product(range(-75, 105, 10), (14, 22, 32)), key=merit))
+
+
+def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0) -> Scene:
+    """What a `mechanism.json` shows, with bars `bold` times as thick; modal data are in the folder `resources`."""
+    layout = Layout(mechanism, resources, bold)
+    scene, t = Scene(layout), layout.thickness
+    strength = float(np.linalg.norm(layout.gravity))
+    down = layout.gravity / strength if strength else np.array([0.0, 0.0, -1.0])
+    for i, body in enumerate(layout.bodies.values()):
+        color = BODIES[i % len(BODIES)]
+        detail = f"{body.mass:.4g} kg" if body.nodes is None else "flexible"
+        scene.add(_body(body, scene, color), body.name, detail, body.centre)
+        scene.add(_spin(body, t))
+        speed = _spin_of(body)
+        if speed:
+            scene.labels[-1].detail += f", {speed:.5g} rad/s"
+    for link in layout.joints:
+        scene.add(symbols.joint(link, t), link.name, f"{link.type} joint", link.points[1])
+        scene.add(symbols.feet(link, t, down))
+        scene.faces_to += [link.axes[0][:, 2]] if link.type == "revolute" else []
+    for link in layout.forces:
+        scene.add(symbols.spring_damper(link, t, down), link.name, "", link.points[1], color="#a8641a")
+    joints = {link.name: link for link in layout.joints}
+    for name, joint in layout.on_joints:
+        if joint in joints:
+            scene.add(symbols.spiral(joints[joint], t), name, "", joints[joint].points[1], color="#a8641a")
+    for load in layout.loads:
+        scene.add(_load(load, layout), load["name"], _strength(load), layout.bodies[load["body"]].centre, color=RED)
+    for name, point in layout.stations:
+        shown = name if len(layout.stations) <= STATIONS else ""
+        scene.add([(ball(point, 2.4 * t), ORANGE)], shown, "", point, color="#a8641a")
+    return scene
+
+
+def _body(body: Body, scene: Scene, color: str) -> Iterable[Part]:
+    """Bars from the centre of mass to every end and the solid that has the body's inertia; bands of a flexible one."""
+    t, size = scene.layout.thickness, scene.layout.size
+    if body.nodes is not None:
+        for i, faces in enumerate(_bands(body, t)):
+            yield faces, color if i % 2 else _lighter(color)
+        return
+    for end in body.ends:
+        if np.linalg.norm(end - body.centre) > t:
+            yield cylinder(body.centre, end, t), color
+    faces, axis = equal_solid(body, t, size)
+    scene.faces_to += [] if axis is None else [axis]
+    yield faces, color
+
+
+def equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray | None]:
+    """The cylinder, ball or box of the body's inertia, neither tiny nor huge beside the mechanism; a disk's axis."""
+    moments, axes = np.linalg.eigh(body.inertia)
+    if body.mass <= 0 or moments[-1] <= 0:
+        return ball(body.centre, 2 * t), None
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    edges = np.sqrt(np.clip(6 * (moments.sum() - 2 * moments) / body.mass, 0, None))
+    longest = edges.max()
+    slender = longest > 3 * np.sort(edges)[1]
+    least = 9 * t if body.guided else 2.6 * t
+    limits = np.full(3, 0.44 * size)
+    if slender:  # and between its joints, so that these can be seen
+        free = 2 * body.reach - 8 * t
+        limits[:] = max(0.07 * longest, 3.2 * t)
+        limits[edges == longest] = min(size, free if free > 0.4 * longest else size)
+    edges = np.clip(edges, np.minimum(least, limits), limits)
+    if body.ends and not slender:  # joints that it would just hide are on its surface
+        depths = np.abs((np.array(body.ends) - body.centre) @ axes / (edges / 2)).max(axis=1)
+        edges = edges * min(depths[(depths > 0.5) & (depths < 1)], default=1.0)
+    alone = _alone(moments)
+    if body.guided or (alone is None and moments[-1] > 1.02 * moments[0]):
+        return box(body.centre, edges, axes), None
+    if alone is None:
+        return ball(body.centre, edges[0] * np.sqrt(2.5 / 6)), None
+    across = edges[(alone + 1) % 3] / np.sqrt(3)  # radius of the disk with the square's inertia
+    half = (edges[alone] / 2) * axes[:, alone]
+    return cylinder(body.centre - half, body.centre + half, across, 72), None if slender else axes[:, alone]
+
+
+def _alone(moments: np.ndarray) -> int | None:
+    """Which principal axis is one of symmetry, if one alone is; moments ascend."""
+    low, high = (moments[i + 1] - moments[i] < 0.02 * moments[2] for i in (0, 1))
+    return None if low == high else 2 if low else 0
+
+
+def _bands(body: Body, t: float) -> Iterable[Faces]:
+    """Boxes through the nodes' outline along their longest direction."""
+    _, _, directions = np.linalg.svd(body.nodes - body.centre, full_matrices=False)
+    R = np.column_stack([directions[0], directions[1], np.cross(directions[0], directions[1])])
+    local = (body.nodes - body.centre) @ R
+    along = (local[:, 0] - local[:, 0].min()) / max(float(np.ptp(local[:, 0])), 1e-300)
+    bins = np.round(SECTIONS * along).astype(int)
+    parts = [local[bins == i] for i in np.unique(bins)]
+    middles = np.array([(part.min(axis=0) + part.max(axis=0)) / 2 for part in parts])
+    halves = np.array([np.ptp(part, axis=0) / 2 for part in parts])[:, 1:]
+    # A beam is drawn slender, so that joints and stations can be seen on it.
+    most = 1.1 * t if np.ptp(local[:, 0]) > 10 * halves.max() else np.inf
+    halves = np.pad(np.clip(halves, t, max(most, t)), ((0, 0), (1, 0)))
+    corners = middles[:, None] + halves[:, None] * np.array([(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)])
+    for pair in pairwise(body.centre + corners @ R.T):
+        yield lofted(np.array(pair))
+
+
+def _spin_of(body: Body) -> float:
+    """How fast a body of revolution spins about its axis [rad/s], 0 if it rather turns otherwise."""
+    moments, axes = np.linalg.eigh(body.inertia)
+    alone = _alone(moments)
+    spin = 0.0 if alone is None else abs(float(axes[:, alone] @ body.spin))
+    return spin if spin > 0.95 * np.linalg.norm(body.spin) else 0.0
+
+
+def _spin(body: Body, t: float) -> Iterable[Part]:
+    """Red arrow about the axis of a body that spins, beyond it."""
+    if _spin_of(body):
+        axis = unit(body.spin)
+        half = np.sqrt(max(1.5 * (np.trace(body.inertia) - 2 * axis @ body.inertia @ axis) / body.mass, 0))
+        place = body.centre + (half + 11 * t) * axis
+        yield turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED
+
+
+def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:
+    """Arrows of a constant force and torque at the body's centre."""
+    t, body = layout.thickness, layout.bodies[load["body"]]
+    force, torque = (np.array(load.get(key, (0, 0, 0)), dtype=float) for key in ("force", "torque"))
+    if force.any():
+        yield arrow(body.centre, body.centre + 26 * t * unit(force), 0.8 * t), RED
+    if torque.any():
+        beside = body.centre + (1.5 * body.gyration + 2 * t) * unit(torque)
+        yield turning_arrow(beside, torque, 6 * t, 0.7 * t, 20, 300), RED
+
+
+def _strength(load: dict[str, Any]) -> str:
+    """Magnitudes of a load."""
+    force, torque = (float(np.linalg.norm(load.get(key, 0.0))) for key in ("force", "torque"))
+    return ", ".join(f"{value:.4g} {unit}" for value, unit in ((force, "N"), (torque, "N m")) if value)
+
+
+def _lighter(color: str) -> str:
+    """A third of the way to white."""
+    return "#" + "".join(f"{(2 * int(color[i : i + 2], 16) + 255) // 3:02x}" for i in (1, 3, 5))

@@ -1,0 +1,168 @@
+"""Solids that stand for joints, springs and the ground; t is the radius of the mechanism's bars in m."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from layout import Link
+from solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
+
+GREY, DARK, ORANGE = "#b9bec4", "#5d646c", "#e0973f"
+Part = tuple[Faces, str]
+FOOT = 9.0
+"""Length of a foot, in t."""
+
+
+def foot(point: np.ndarray, direction: np.ndarray, t: float, length: float = FOOT) -> Iterable[Part]:
+    """A post from a point to a hatched plate on the ground, `length` in t."""
+    R = frame_with_z(direction)
+    end = point + length * t * R[:, 2]
+    yield (
+        turned(
+            [(0, 0), (0, 0.9 * t), (0.8 * length * t, 2.2 * t), (length * t, 2.2 * t), (length * t, 0)], point, R[:, 2]
+        ),
+        GREY,
+    )
+    yield box(end, (9 * t, 9 * t, 0.8 * t), R), GREY
+    for x in (-3.6, -1.2, 1.2, 3.6):
+        for y in (-4.2, 4.2):
+            start = end + R @ (t * np.array([x, y, 0.4]))
+            yield cylinder(start, start + R @ (t * np.array([-1.6, 0, 2.2])), 0.25 * t, 8), DARK
+
+
+def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
+    """Where a foot goes: not into the body, rather down than up, across an axis; along it if the middle turns there."""
+    i = 0 if link.bodies[0] is None else 1
+    other = link.bodies[1 - i]
+    away = np.zeros(3) if other is None else link.points[i] - other.centre
+    gap = float(np.linalg.norm(away))
+    axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical") else np.zeros(3)
+
+    def merit(d: np.ndarray) -> float:
+        along_axis = abs(d @ axis) * (0.9 if gap > t else -0.9)
+        return round(2 * min(d @ away / max(gap, t) + 0.2, 0) + 0.7 * (d @ down) - along_axis, 6)
+
+    return max([down, -down, *np.eye(3), *-np.eye(3)], key=merit)
+
+
+def spherical(link: Link, t: float) -> Iterable[Part]:
+    """Ball."""
+    yield ball(link.points[1], 2.2 * t), DARK
+
+
+def revolute(link: Link, t: float) -> Iterable[Part]:
+    """Hinge along z."""
+    z, point = link.axes[0][:, 2], link.points[1]
+    yield cylinder(point - 4 * t * z, point + 4 * t * z, 1.3 * t), DARK
+    yield cylinder(point - 2.4 * t * z, point + 2.4 * t * z, 2.2 * t), GREY
+
+
+def universal(link: Link, t: float) -> Iterable[Part]:
+    """Cross along y of the first and x of the second frame."""
+    for axis in (link.axes[0][:, 1], link.axes[1][:, 0]):
+        yield cylinder(link.points[1] - 4.8 * t * axis, link.points[1] + 4.8 * t * axis, 0.9 * t), DARK
+        for side in (-4.8, 4.8):
+            yield ball(link.points[1] + side * t * axis, 1.3 * t), DARK
+
+
+def _guide(link: Link, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of a rail along z of the first frame that holds both points and goes on beyond the bodies."""
+    z = link.axes[0][:, 2]
+    travel = float((link.points[1] - link.points[0]) @ z)
+    beyond = max(14 * t, *(2.5 * body.gyration for body in link.bodies if body is not None))
+    return link.points[0] + (min(travel, 0) - beyond) * z, link.points[0] + (max(travel, 0) + beyond) * z
+
+
+def prismatic(link: Link, t: float) -> Iterable[Part]:
+    """Rail along z with a sleeve."""
+    start, end = _guide(link, t)
+    R, length = link.axes[0], float(np.linalg.norm(end - start))
+    yield box((start + end) / 2, (2 * t, 2 * t, length), R), GREY
+    yield box(link.points[1], (3.4 * t, 3.4 * t, 7 * t), link.axes[1]), DARK
+
+
+def cylindrical(link: Link, t: float) -> Iterable[Part]:
+    """Round rail along z with a sleeve."""
+    yield cylinder(*_guide(link, t), 1.1 * t), GREY
+    z = link.axes[0][:, 2]
+    yield cylinder(link.points[1] - 3.5 * t * z, link.points[1] + 3.5 * t * z, 2.1 * t), DARK
+
+
+def planar(link: Link, t: float) -> Iterable[Part]:
+    """Plate across z with a puck."""
+    R = link.axes[0]
+    offset = R.T @ (link.points[1] - link.points[0])
+    centre, size = R @ (offset / 2 * (1, 1, 0)), np.abs(offset) + 16 * t
+    yield box(link.points[0] + centre - t * R[:, 2], (size[0], size[1], 0.8 * t), R), GREY
+    yield cylinder(link.points[1] - 0.6 * t * R[:, 2], link.points[1] + t * R[:, 2], 3 * t), DARK
+
+
+def fixed(link: Link, t: float) -> Iterable[Part]:
+    """Plate towards the second body."""
+    body = link.bodies[1]
+    ahead = link.points[1] - body.centre if body is not None else np.zeros(3)
+    R = frame_with_z(ahead if np.linalg.norm(ahead) > t else link.axes[0][:, 2])
+    yield box(link.points[1], (6 * t, 6 * t, 2 * t), R), DARK
+
+
+def distance(link: Link, t: float) -> Iterable[Part]:
+    """Rod between two balls."""
+    for point in link.points:
+        yield ball(point, 1.8 * t), DARK
+    if np.linalg.norm(link.points[1] - link.points[0]) > t:
+        yield cylinder(*link.points, 0.7 * t), DARK
+
+
+def other(link: Link, t: float) -> Iterable[Part]:
+    """A small ball for what has no symbol."""
+    yield ball(link.points[1], 1.8 * t), DARK
+
+
+JOINTS: dict[str, Callable[[Link, float], Iterable[Part]]] = {
+    f.__name__: f for f in (spherical, revolute, universal, prismatic, cylindrical, planar, fixed, distance)
+}
+
+
+def joint(link: Link, t: float) -> Iterable[Part]:
+    """A joint."""
+    return JOINTS.get(link.type, other)(link, t)
+
+
+def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """What holds a joint on the ground."""
+    for body, point in zip(link.bodies, link.points, strict=True):
+        if body is None and link.type in ("prismatic", "cylindrical"):
+            for end in _guide(link, t):
+                yield from foot(end, foot_direction(link, t, down), t, 5.0)
+        elif body is None:
+            yield from foot(point, foot_direction(link, t, down), t)
+
+
+def spring_damper(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A coil between two points; where they coincide, one along every axis of W in which the spring acts."""
+    start, end = link.points
+    gap = end - start
+    if np.linalg.norm(gap) > 6 * t:
+        turns = int(np.clip(np.linalg.norm(gap) / (2.2 * t), 5, 16))
+        yield spring(start, end, min(2.4 * t, 0.2 * float(np.linalg.norm(gap))), 0.4 * t, turns), ORANGE
+        for body, point, way in zip(link.bodies, link.points, (-gap, gap), strict=True):
+            yield ball(point, 1.2 * t), DARK
+            if body is None:
+                yield from foot(point, unit(way), t, 2.0)
+        return
+    body = link.bodies[1] or link.bodies[0]
+    yield ball(end, 2.4 * t), DARK
+    for axis, acting in zip(np.eye(3), link.stiff, strict=True):
+        if not acting:
+            continue
+        outward = float((end - body.centre) @ axis)
+        way = axis * (np.sign(outward) if abs(outward) > t else np.sign(down @ axis) or 1.0)
+        yield spring(end + 2.4 * t * way, end + 14 * t * way, 2.2 * t, 0.4 * t), ORANGE
+        yield from foot(end + 13.6 * t * way, way, t, 1.0)
+
+
+def spiral(link: Link, t: float) -> Iterable[Part]:
+    """A spiral spring about a joint's axis, beside the hinge."""
+    turn = np.linspace(0, 5 * np.pi, 90)
+    radius = t * np.linspace(2.2, 5, 90)
+    path = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(90, 3.2 * t)])
+    yield tube(link.points[1] + path @ link.axes[0].T, 0.4 * t, 8), ORANGE
