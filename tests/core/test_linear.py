@@ -24,7 +24,7 @@ def linearization(tree, rng, frame):
 def deviations(linear, centre, neighbour):
     """ξ and η of a neighbour of the point `centre`, both (q, v), from the definitions of the coordinates."""
     (q0, v0), (q, v), all_ = centre, neighbour, linear.coordinates
-    angles = all_.angles(q0, linear.point.angles)
+    angles = all_.turned(q0, linear.point.turned)
     values = all_.values(q, angles) - all_.values(q0, angles)
     positions = []
     for i, coordinate in zip(linear.selection.indices, linear.chosen, strict=True):
@@ -78,7 +78,7 @@ def test_neighbours_move_as_the_linear_model_says(frame, seed):
         dx.append(derivative(speed, 1e-3))
         y.append(
             derivative(
-                lambda s, neighbour=neighbour: linear.outputs.values(*neighbour(s), point.u, point.angles)[outputs],
+                lambda s, neighbour=neighbour: linear.outputs.values(*neighbour(s), point.u, point.turned)[outputs],
                 1e-3,
             )
         )

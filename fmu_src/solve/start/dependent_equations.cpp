@@ -324,7 +324,8 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Part& p
     if (!(size > kDependent)) return true;  // nothing moves
     motion *= kDistance / size;
     VectorXd near = displaced(system, q, motion);
-    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent) return false;
+    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent)
+      return false;
   }
   return true;
 }
