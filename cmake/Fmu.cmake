@@ -51,7 +51,7 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   file(GLOB resource_files CONFIGURE_DEPENDS ${resources}/*)
 
   add_custom_command(
-    OUTPUT ${work}/model.cpp ${work}/mechanism.json ${tree}/modelDescription.xml
+    OUTPUT ${work}/model.cpp ${work}/mechanism.json ${work}/elements.json ${tree}/modelDescription.xml
     COMMAND write_model_description ${model} ${work} ${resources}
             models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES}
     COMMAND ${CMAKE_COMMAND} -D MODEL=${model} -D BLANK=${work}/modelDescription.xml
@@ -79,9 +79,9 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     OUTPUT ${tree}/documentation/index.html
     COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents ${model}
             --model-description ${tree}/modelDescription.xml
-            --mechanism ${work}/mechanism.json --resources ${resources}
+            --mechanism ${work}/mechanism.json --elements ${work}/elements.json --resources ${resources}
             --references ${CMAKE_CURRENT_SOURCE_DIR}/tests/references --output ${tree}
-    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml ${work}/mechanism.json ${resource_files}
+    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml ${work}/mechanism.json ${work}/elements.json ${resource_files}
     COMMENT "Writing the documentation of ${model}"
     VERBATIM)
 

@@ -1,6 +1,7 @@
 // write_model_description MODEL FOLDER RESOURCES SOURCE...: writes modelDescription.xml of a mechanism, with an empty
-// GUID, and mechanism.json, the mechanism itself, into FOLDER. Its modal data are in the folder RESOURCES. The SOURCEs
-// are the files to compile, as they are named in the FMU's folder `sources`.
+// GUID, mechanism.json, the mechanism itself, and elements.json, what its variables belong to, into FOLDER. Its modal
+// data are in the folder RESOURCES. The SOURCEs are the files to compile, as they are named in the FMU's folder
+// `sources`.
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -170,9 +171,9 @@ void write_freedom(XMLElement* root, const Mechanism& mechanism) {
   set(tool->InsertNewChildElement("DegreesOfFreedom"), "value", summary(f));
 }
 
-void write(const Mechanism& mechanism, const std::string& file, const std::vector<const char*>& sources) {
-  const System system(mechanism.multibody);
-  const auto [variables, owners] = make_variables(mechanism, system);
+void write(const Mechanism& mechanism, const Variables& of_mechanism, const std::string& file,
+           const std::vector<const char*>& sources) {
+  const std::vector<Port>& variables = of_mechanism.list;
 
   tinyxml2::XMLDocument document;
   document.InsertEndChild(document.NewDeclaration());
@@ -231,6 +232,33 @@ void write(const Mechanism& mechanism, const std::string& file, const std::vecto
   if (document.SaveFile(file.c_str()) != tinyxml2::XML_SUCCESS) throw std::runtime_error("cannot write " + file);
 }
 
+// Which variables belong to which element, and which of them other FMUs connect to: what the FMU's documentation and
+// terminals are made from. Names have no character that JSON escapes.
+void write_elements(const Variables& variables, const std::string& file) {
+  std::ofstream stream(file, std::ios::binary);
+  const char* comma = "";
+  stream << "[";
+  for (std::size_t i = 0; i < variables.owners.size(); ++i) {
+    const Owner& owner = variables.owners[i];
+    stream << comma << "\n  {\"name\": \"" << owner.name << "\", \"kind\": \"" << owner.kind << "\", \"type\": \""
+           << owner.type << "\", \"terminal\": \"" << owner.terminal << '"';
+    for (const bool members : {false, true}) {
+      stream << ",\n   \"" << (members ? "members" : "variables") << "\": [";
+      comma = "";
+      for (const Port& v : variables.list) {
+        if (v.owner != static_cast<int>(i) || (members && !v.in_terminal)) continue;
+        stream << comma << '"' << v.name << '"';
+        comma = ", ";
+      }
+      stream << "]";
+    }
+    stream << "}";
+    comma = ",";
+  }
+  stream << "\n]\n";
+  if (!stream.flush()) throw std::runtime_error("cannot write " + file);
+}
+
 void write_json(const Mechanism& mechanism, const std::string& file) {
   std::ofstream stream(file, std::ios::binary);
   stream << to_json(mechanism);
@@ -248,7 +276,9 @@ int main(int argc, char** argv) {
         const std::string folder = argv[2];
         write_json(mechanism, folder + "/mechanism.json");
         find_joint_values(mechanism.multibody);
-        write(mechanism, folder + "/modelDescription.xml", {argv + 4, argv + argc});
+        const Variables variables = make_variables(mechanism, System(mechanism.multibody));
+        write_elements(variables, folder + "/elements.json");
+        write(mechanism, variables, folder + "/modelDescription.xml", {argv + 4, argv + argc});
         return 0;
       }
     }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "text/glob.h"
+
 namespace sigmafmu {
 namespace {
 
@@ -17,7 +19,7 @@ int row_of(const std::vector<Row>& table, const std::string& name) {
 }
 
 void integrator_ports(Ports& ports) {
-  ports.owner("integrator", "");
+  ports.owner("integrator", "", "");
   const std::string n = "integrator.";
   auto real = [&](const char* name, const char* type, const char* description) {
     const int row = row_of(real_settings(), name);
@@ -83,9 +85,44 @@ void integrator_ports(Ports& ports) {
           [](const View& v, int, int, double* x) { *x = static_cast<double>(state(v).counters.retries); });
 }
 
+// Whether the FMU has a variable.
+class Exposure {
+ public:
+  Exposure(const Mechanism& mechanism, const std::vector<Owner>& owners)
+      : chosen_(mechanism.expose),
+        owners_(owners),
+        small_(static_cast<int>(mechanism.multibody.bodies.size()) <= kFewBodies) {}
+
+  bool operator()(const Port& port) const {
+    if (!chosen_) return small_ || owners_[port.owner].kind != "body";
+    switch (port.causality) {
+      case Causality::input:
+        return matches(chosen_->inputs, port.name);
+      case Causality::parameter:
+        return matches(chosen_->parameters, port.name);
+      default:
+        return matches(chosen_->outputs, port.name);
+    }
+  }
+
+ private:
+  static constexpr int kFewBodies = 20;
+
+  static bool matches(const std::vector<std::string>& patterns, const std::string& name) {
+    const std::string vector = name.substr(0, name.find('['));
+    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+      return pattern == name || glob_matches(pattern, name) || glob_matches(pattern, vector);
+    });
+  }
+
+  const std::optional<ExposureDef>& chosen_;
+  const std::vector<Owner>& owners_;
+  const bool small_;
+};
+
 }  // namespace
 
-Variables make_variables(const Mechanism& mechanism, const System& system) {
+Variables make_all_variables(const Mechanism& mechanism, const System& system) {
   Ports ports(mechanism, system);
   for (int i = 0; i < system.body_count(); ++i) body_ports(ports, i);
   for (int j = 0; j < system.joint_count(); ++j) joint_ports(ports, j);
@@ -94,7 +131,16 @@ Variables make_variables(const Mechanism& mechanism, const System& system) {
   for (std::size_t s = 0; s < mechanism.stations.size(); ++s) station_ports(ports, static_cast<int>(s));
   system_ports(ports);
   integrator_ports(ports);
-  return {ports.take(), ports.owners()};
+  std::vector<Owner> owners = ports.owners();
+  return {ports.take(), std::move(owners)};
+}
+
+Variables make_variables(const Mechanism& mechanism, const System& system) {
+  Variables all = make_all_variables(mechanism, system);
+  const Exposure exposed(mechanism, all.owners);
+  const auto hidden = [&](const Port& port) { return !exposed(port); };
+  all.list.erase(std::remove_if(all.list.begin(), all.list.end(), hidden), all.list.end());
+  return all;
 }
 
 }  // namespace sigmafmu

@@ -19,5 +19,7 @@ struct Variables {
   std::vector<Owner> owners;
 };
 Variables make_variables(const Mechanism& mechanism, const System& system);
+// Those that are not exposed as well.
+Variables make_all_variables(const Mechanism& mechanism, const System& system);
 
 }  // namespace sigmafmu

@@ -93,6 +93,10 @@ class Writer {
     if (x->file.empty()) refuse(name, " has modal data of no file; they must be in one.");
     return value(*x, name);
   }
+  template <typename T>
+  Json value(const std::optional<T>& x, const std::string& name) const {
+    return value(*x, name);
+  }
   Json value(const Matrix3d& x, const std::string& name) const {
     Json rows = Json::array();
     for (int i = 0; i < 3; ++i) rows.push_back(value(Vector3d(x.row(i)), at(name, static_cast<std::size_t>(i))));
@@ -260,7 +264,10 @@ class Reader {
     if (!value.is_string()) refuse(name, " is ", excerpt(value), "; it must be a text.");
     x = value.get<std::string>();
   }
-  void read(const Json& value, const std::string& name, std::optional<ModalDef>& x) { read(value, name, x.emplace()); }
+  template <typename T>
+  void read(const Json& value, const std::string& name, std::optional<T>& x) {
+    read(value, name, x.emplace());
+  }
   void read(const Json& value, const std::string& name, Matrix3d& x) {
     json::list(value, name, 3);
     for (int i = 0; i < 3; ++i) {

@@ -121,6 +121,13 @@ void visit(Archive& archive, Any& d) {
   archive.optional("deflection_axes", d.deflection_axes);
 }
 
+template <typename Archive, typename Any, If<ExposureDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.optional("inputs", d.inputs);
+  archive.optional("outputs", d.outputs);
+  archive.optional("parameters", d.parameters);
+}
+
 template <typename Archive, typename Any, If<IntegratorSettings, Any> = 0>
 void visit(Archive& archive, Any& d) {
   for (const RealSetting& s : real_settings()) archive.optional(s.name, d.*s.value);
@@ -149,6 +156,7 @@ void visit(Archive& archive, Any& d) {
   for_each_force_list(m, [&](const char* key, auto& forces) { archive.list(key, forces, add); });
   archive.list("drives", m.drives, add);
   archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
+  archive.optional("expose", d.expose, d.expose.has_value());
   archive.optional("integrator", d.integrator);
   archive.optional("experiment", Group{[&](auto& a) {
                      a.optional("stop_time", d.stop_time);

@@ -5,6 +5,7 @@
 // The build finds the file, makes the FMU `HeavyTop.fmu` and adds the mechanism to the Python module.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,19 @@ struct StationDef {
   std::vector<Vector3d> deflection_axes = {};
 };
 
+// Which variables the FMU has: those whose name, or that of their vector, a shell pattern (* ? [...]) matches. Counters
+// are among the outputs.
+struct ExposureDef {
+  std::vector<std::string> inputs, outputs, parameters;
+};
+
 struct Mechanism {
   std::string name;         // = model identifier = name of the function and of its file
   std::string description;  // one sentence
   MultibodyDef multibody;
   std::vector<StationDef> stations;
+  // Nothing said: all of up to 20 bodies; of more, all but what belongs to bodies.
+  std::optional<ExposureDef> expose = std::nullopt;
   IntegratorSettings integrator;
   double stop_time = 1.0;            // default experiment [s]
   double communication_step = 1e-3;  // default experiment [s]

@@ -27,7 +27,7 @@ namespace {
 // Sets a parameter by its FMU name, with the FMU's checks.
 void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
   validation::validate_structure(mechanism.multibody);
-  for (const Port& v : make_variables(mechanism, System(mechanism.multibody)).list) {
+  for (const Port& v : make_all_variables(mechanism, System(mechanism.multibody)).list) {
     if (v.name != name) continue;
     if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
     const std::string complaint = v.complaint(value);
@@ -217,6 +217,11 @@ void bind_definitions(nb::module_& m) {
       .def_rw("sigma_mode", &IntegratorSettings::sigma_mode)
       .def_rw("step_control", &IntegratorSettings::step_control)
       .def_rw("error_tolerance", &IntegratorSettings::error_tolerance);
+  nb::class_<ExposureDef>(m, "Exposure", "Which variables an FMU has: shell patterns.")
+      .def(nb::init<>())
+      .def_rw("inputs", &ExposureDef::inputs)
+      .def_rw("outputs", &ExposureDef::outputs)
+      .def_rw("parameters", &ExposureDef::parameters);
   nb::class_<Mechanism>(m, "Mechanism")
       .def(
           "__init__", [](Mechanism* m, std::string name) { (new (m) Mechanism)->name = std::move(name); },
@@ -228,6 +233,8 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stop_time", &Mechanism::stop_time)
       .def_rw("communication_step", &Mechanism::communication_step)
       .def_ro("stations", &Mechanism::stations)
+      .def_rw("expose", &Mechanism::expose, nb::for_setter(nb::arg("expose").none()),
+              "None: all, or of more than 20 bodies all but what belongs to bodies.")
       .def("add", &Mechanism::add, "station"_a)
       .def("validate", [](const Mechanism& m) { validate(m); })
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");

@@ -37,11 +37,12 @@ def main() -> None:
     parser.add_argument("model")
     parser.add_argument("--model-description", type=Path, required=True, help="modelDescription.xml of the model")
     parser.add_argument("--mechanism", type=Path, required=True, help="mechanism.json of the model")
+    parser.add_argument("--elements", type=Path, required=True, help="elements.json of the model")
     parser.add_argument("--resources", type=Path, required=True, help="folder of the modal data of flexible bodies")
     parser.add_argument("--references", type=Path, required=True, help="folder of the reference solutions")
     parser.add_argument("--output", type=Path, required=True, help="folder that becomes the FMU")
     options = parser.parse_args()
-    description = read_description(options.model_description)
+    description = read_description(options.model_description, options.elements)
     out: Path = options.output
 
     for folder in FOLDERS:

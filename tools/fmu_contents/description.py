@@ -1,20 +1,10 @@
-"""What modelDescription.xml says, grouped by body, joint, support and so on."""
+"""What modelDescription.xml says, grouped by the elements that the variables belong to."""
 
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from lxml import etree
-
-KINDS = {
-    "flexible": "modal",
-    "body": "mass",
-    "revolute": "motorTorque",
-    "support": "stiffness",
-    "prismatic": "displacement",
-    "joint": "reactionForce",
-    "station": "position",
-}
-"""Kind of an object → a variable that only this kind has; the first that fits counts."""
 
 ATTRIBUTES = ("unit", "displayUnit", "min", "max", "nominal")
 
@@ -37,11 +27,6 @@ class Variable:
     nominal: str = ""
 
     @property
-    def owner(self) -> str:
-        """`top` of `top.position[1]`; nothing for a variable of the whole mechanism."""
-        return self.name.partition(".")[0] if "." in self.name else ""
-
-    @property
     def vector(self) -> str:
         """`top.position` of `top.position[1]`."""
         return self.name.partition("[")[0]
@@ -49,54 +34,54 @@ class Variable:
 
 @dataclass
 class Group:
-    """The variables of one owner; `kind` is one of KINDS or empty."""
+    """The variables of one element; `kind` is body, joint, force, station or empty, `type` what of its kind it is."""
 
     owner: str
     kind: str
+    type: str
     variables: list[Variable]
-
-    def members(self, name: str) -> list[Variable]:
-        """The elements of the vector `name` of this owner, or its scalar; none if it has neither."""
-        return [v for v in self.variables if v.vector == f"{self.owner}.{name}"]
+    terminal: str  # what other FMUs connect to it for, or empty
+    members: list[Variable]  # of the terminal
 
 
 @dataclass
 class Description:
-    """An FMU's modelDescription.xml."""
+    """An FMU's modelDescription.xml, and what its variables belong to."""
 
     model: str
     attributes: dict[str, str]
     experiment: dict[str, str]
     variables: list[Variable]
+    groups: list[Group]
     enumerations: dict[str, list[dict[str, str]]] = field(default_factory=dict)
 
-    @property
-    def groups(self) -> list[Group]:
-        """Owners in the order of their first variables."""
-        owners: dict[str, list[Variable]] = {}
-        for variable in self.variables:
-            owners.setdefault(variable.owner, []).append(variable)
-        return [Group(owner, _kind(owner, variables), variables) for owner, variables in owners.items()]
-
-    def owners(self, *kinds: str) -> list[str]:
-        """Names of all objects of these kinds."""
-        return [group.owner for group in self.groups if group.kind in kinds]
+    def owners(self, kind: str, *types: str) -> list[str]:
+        """Names of all elements of a kind, or of some types of it."""
+        return [group.owner for group in self.groups if group.kind == kind and (not types or group.type in types)]
 
 
-def _kind(owner: str, variables: list[Variable]) -> str:
-    vectors = {v.vector for v in variables}
-    return next((kind for kind, own in KINDS.items() if f"{owner}.{own}" in vectors), "")
-
-
-def read_description(path: Path) -> Description:
-    """Reads modelDescription.xml of FMI 2.0."""
+def read_description(path: Path, elements: Path) -> Description:
+    """Reads modelDescription.xml of FMI 2.0 and the elements.json that the build has written beside it."""
     root = etree.parse(path).getroot()
     types = {t.get("name"): t[0] for t in root.iterfind("TypeDefinitions/SimpleType")}
+    variables = {v.get("name"): _variable(v, types) for v in root.iterfind("ModelVariables/ScalarVariable")}
+    groups = [
+        Group(
+            element["name"],
+            element["kind"],
+            element["type"],
+            [variables[name] for name in element["variables"]],
+            element["terminal"],
+            [variables[name] for name in element["members"]],
+        )
+        for element in json.loads(elements.read_text(encoding="utf-8"))
+    ]
     return Description(
         model=root.get("modelName"),
         attributes=dict(root.attrib),
         experiment=dict(root.find("DefaultExperiment").attrib),
-        variables=[_variable(v, types) for v in root.iterfind("ModelVariables/ScalarVariable")],
+        variables=list(variables.values()),
+        groups=groups,
         enumerations={
             name: [dict(item.attrib) for item in t.iterfind("Item")]
             for name, t in types.items()

@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 
 import markdown
-from description import Description, Variable
+from description import Description, Group, Variable
 from draw import Picture
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
@@ -14,16 +14,6 @@ from numbers_in_text import keep_together
 from reference import FOLDER, SAFETY, Experiment
 
 HERE = Path(__file__).parent
-TITLES = {
-    "flexible": "Flexible body",
-    "body": "Body",
-    "revolute": "Revolute joint",
-    "prismatic": "Prismatic joint",
-    "joint": "Joint",
-    "support": "Support",
-    "station": "Point",
-}
-JOINTS = ("revolute", "prismatic", "joint")
 
 
 def write(description: Description, experiment: Experiment | None, picture: Picture, root: Path, out: Path) -> None:
@@ -48,8 +38,8 @@ def write(description: Description, experiment: Experiment | None, picture: Pict
         "figure": figure,
         "ls_ref": FOLDER.as_posix(),
         "safety": SAFETY,
-        "flexible": description.owners("flexible"),
-        "joints": description.owners(*JOINTS),
+        "flexible": description.owners("body", "flexible"),
+        "joints": description.owners("joint"),
     }
     index = environment.get_template("index.html.j2").render(
         facts,
@@ -59,9 +49,7 @@ def write(description: Description, experiment: Experiment | None, picture: Pict
         limits=Markup(" ").join(_limits(description)),
         failing=_html(_section(method, "When a step fails")),
         formulations=_html(_section(method, "What to expect of the formulations")),
-        tables=[
-            (_title(g.owner, g.kind), _anchor(g.owner), _rows(description, g.variables)) for g in description.groups
-        ],
+        tables=[(_title(g), _anchor(g.owner), _rows(description, g.variables)) for g in description.groups],
     )
     (folder / "index.html").write_text(keep_together(index), encoding="utf-8")
     if experiment:
@@ -79,10 +67,11 @@ def _html(text: str) -> Markup:
 
 def _limits(description: Description) -> list[Markup]:
     """Sentences about what a model of this mechanism leaves out, and when its internal step changes."""
-    flexible, joints, supports = (description.owners(*kinds) for kinds in (("flexible",), JOINTS, ("support",)))
+    flexible, joints = description.owners("body", "flexible"), description.owners("joint")
+    springs = description.owners("force", "spring-damper")
     if flexible:
         names = Markup(" and ").join(Markup("<code>{}</code>").format(name) for name in flexible)
-        others = "every other body is rigid" if description.owners("body") else "there is no rigid body"
+        others = "every other body is rigid" if description.owners("body", "rigid") else "there is no rigid body"
         bends = "bends" if len(flexible) == 1 else "bend"
         how = "linear modes, without the stiffening of a body that turns fast or bends far"
         sentences = [names + f" {bends} a little: {how}; {others}."]
@@ -95,7 +84,7 @@ def _limits(description: Description) -> list[Markup]:
         ]
     else:
         sentences.append("There are no joints.")
-    parts = [name for name, owners in (("joints", joints), ("supports", supports)) if owners]
+    parts = [name for name, owners in (("joints", joints), ("springs", springs)) if owners]
     if parts:
         sentences.append(f"The geometry of {' and '.join(parts)} is fixed.")
     sentences.append("There is no contact and no event.")
@@ -116,10 +105,11 @@ def _section(text: str, title: str) -> str:
     return found
 
 
-def _title(owner: str, kind: str) -> str:
-    if kind:
-        return f"{TITLES[kind]} {owner}"
-    return owner[:1].upper() + owner[1:] or "Mechanism"
+def _title(group: Group) -> str:
+    if not group.kind:
+        return group.owner[:1].upper() + group.owner[1:] or "Mechanism"
+    what = {"station": "point", "force": group.type}.get(group.kind, f"{group.type} {group.kind}")
+    return f"{what[0].upper()}{what[1:]} {group.owner}"
 
 
 def _anchor(owner: str) -> str:

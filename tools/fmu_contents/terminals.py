@@ -1,7 +1,7 @@
 """terminalsAndIcons/terminalsAndIcons.xml: which variables belong to one place where other FMUs connect.
 
 FMI 2.0.4 took over this folder and its format from FMI 3.0, section 2.4.9; so `fmiVersion` is FMI 3.0's. A terminal is
-named like its body, joint or support, its members like the variables behind that name. Matching rule `bus`: members of
+named like its element, its members like the variables behind that name. Matching rule `bus`: members of
 equal names are connected, also if the other side has fewer. Every member is a signal: the FMU's inputs are commands,
 and the sign rules for flows do not cover forces in space.
 """
@@ -11,16 +11,6 @@ from pathlib import Path
 from description import Description, Group
 from lxml import etree
 
-LOAD = ("Load on the body", ("position", "quaternion", "velocity", "angularVelocity", "force", "torque"))
-MEMBERS = {
-    "flexible": LOAD,
-    "body": LOAD,
-    "revolute": ("Motor in the joint", ("angle", "angularRate", "motorTorque")),
-    "prismatic": ("Actuator in the joint", ("displacement", "rate", "actuatorForce")),
-    "support": ("Actuator beside the support", ("position", "force", "actuatorForce")),
-}
-"""Kind → what its terminal is for, and its members."""
-
 
 def write(description: Description, out: Path) -> None:
     """Writes the terminals of a model into the FMU's folder `out`."""
@@ -29,7 +19,7 @@ def write(description: Description, out: Path) -> None:
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = etree.SubElement(root, "Terminals")
     for group in description.groups:
-        if group.kind in MEMBERS:
+        if group.terminal:
             terminals.append(_terminal(group))
     folder = out / "terminalsAndIcons"
     folder.mkdir(parents=True)
@@ -38,9 +28,8 @@ def write(description: Description, out: Path) -> None:
 
 
 def _terminal(group: Group) -> etree._Element:
-    purpose, members = MEMBERS[group.kind]
-    terminal = etree.Element("Terminal", name=group.owner, matchingRule="bus", description=purpose)
-    for variable in [v for name in members for v in group.members(name)]:
+    terminal = etree.Element("Terminal", name=group.owner, matchingRule="bus", description=group.terminal)
+    for variable in group.members:
         etree.SubElement(
             terminal,
             "TerminalMemberVariable",

@@ -74,7 +74,7 @@ void body_ports(Ports& ports, int b) {
   using V = const View&;
   const auto& definition = ports.mechanism.multibody.bodies[b];
   const std::string& n = definition.name;
-  ports.owner(n, definition.modal ? "flexible" : "body");
+  ports.owner(n, "body", definition.modal ? "flexible" : "rigid");
   const std::string origin = definition.modal ? "the frame's origin" : "the centre of mass";
   ports.outputs(b, n + ".position", 3, "Position", "Position of " + origin + " in W",
                 [](V v, int o, int, double* x) { vector3(x) = v.q.segment<3>(kPositionsPerBody * o); });
@@ -107,7 +107,7 @@ void body_ports(Ports& ports, int b) {
                        "Initial orientation R_WB (w, x, y, z), normalized, set as a whole");
   ports.initial_vector({Kind::velocity, b}, 3, "Velocity", "Initial velocity in W");
   ports.initial_vector({Kind::angular_velocity, b}, 3, "AngularVelocity", "Initial angular velocity in body axes");
-  ports.terminal({"position", "quaternion", "velocity", "angularVelocity", "force", "torque"});
+  ports.terminal("Load on the body", {"position", "quaternion", "velocity", "angularVelocity", "force", "torque"});
 }
 
 }  // namespace sigmafmu

@@ -30,7 +30,7 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
   const MultibodyDef& d = ports.mechanism.multibody;
   const Force& force = ports.system.force(f);
   const std::string some = variable_name(d, def, "");
-  ports.owner(some.substr(0, some.rfind('.')), Def::kKind);
+  ports.owner(some.substr(0, some.rfind('.')), "force", Def::kKind);
   int input = force.first_input();
   for (std::size_t k = 0; k < force.ports().size(); ++k) {
     const ForcePort& p = force.ports()[k];
@@ -52,7 +52,7 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
                      Variability::tunable);
     ports.set_port(first, static_cast<int>(k));
   }
-  if (force.input_count() > 0) ports.terminal({"position", "force", "actuatorForce"});
+  if (force.input_count() > 0) ports.terminal("Actuator beside the spring", {"position", "force", "actuatorForce"});
 }
 
 }  // namespace

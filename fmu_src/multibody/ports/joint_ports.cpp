@@ -41,11 +41,11 @@ void coordinate_ports(Ports& ports, int joint, int k) {
   if (angle) {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Angle", "Initial joint angle, counting turns");
     ports.initial({Kind::joint_rate, joint, k}, "", "AngularVelocity", "Initial rate of the joint angle");
-    ports.terminal({"angle", "angularRate", "motorTorque"});
+    ports.terminal("Motor in the joint", {"angle", "angularRate", "motorTorque"});
   } else {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Displacement", "Initial displacement along the joint axis");
     ports.initial({Kind::joint_rate, joint, k}, "", "Velocity", "Initial rate of the displacement");
-    ports.terminal({"displacement", "rate", "actuatorForce"});
+    ports.terminal("Actuator in the joint", {"displacement", "rate", "actuatorForce"});
   }
 }
 
@@ -54,7 +54,7 @@ void coordinate_ports(Ports& ports, int joint, int k) {
 void joint_ports(Ports& ports, int j) {
   const Joint& joint = ports.system.joint(j);
   const std::string& n = ports.mechanism.multibody.joints[j].name;
-  ports.owner(n, joint_type_names()[static_cast<int>(joint.type())]);
+  ports.owner(n, "joint", joint_type_names()[static_cast<int>(joint.type())]);
   for (std::size_t k = 0; k < joint.coordinates().size(); ++k) coordinate_ports(ports, j, static_cast<int>(k));
   const char* force = "Force of the joint on the second body, in W";
   const char* torque = "Torque of the joint on the second body about the joint's point on it, in W";
@@ -72,7 +72,7 @@ void drive_ports(Ports& ports, int d) {
   const DriveDef& drive = ports.mechanism.multibody.drives[d];
   const JointDef& joint = ports.mechanism.multibody.joints[drive.joint];
   const bool turns = joint.turns(drive.coordinate);
-  ports.owner(joint.name, "");
+  ports.owner(joint.name, "joint", "");
   const Ports::Group group = ports.group(
       d, 1, [](const View& v, int o, int, double* x) { *x = -v.lambda[v.system.drive_lambda_index(o)]; }, true);
   ports.output(group, 0, joint.name + (turns ? ".driveTorque" : ".driveForce"), turns ? "Torque" : "Force",

@@ -79,11 +79,11 @@ void elements(int count, Make make) {
 
 }  // namespace
 
-void Ports::owner(const std::string& name, const std::string& kind) {
+void Ports::owner(const std::string& name, const std::string& kind, const std::string& type) {
   const auto same = [&](const Owner& owner) { return owner.name == name; };
   const auto found = std::find_if(owners_.begin(), owners_.end(), same);
   owner_ = static_cast<int>(found - owners_.begin());
-  if (found == owners_.end()) owners_.push_back({name, kind});
+  if (found == owners_.end()) owners_.push_back({name, kind, type, ""});
 }
 
 Port& Ports::add(std::string name, const char* type, std::string description) {
@@ -181,7 +181,8 @@ void Ports::set_port(std::size_t first, int row) {
   for (std::size_t i = first; i < ports_.size(); ++i) ports_[i].port = row;
 }
 
-void Ports::terminal(const std::vector<const char*>& members) {
+void Ports::terminal(const std::string& purpose, const std::vector<const char*>& members) {
+  owners_[owner_].terminal = purpose;
   const std::string& owner = owners_[owner_].name;
   for (Port& p : ports_) {
     if (p.owner != owner_) continue;

@@ -33,8 +33,10 @@ enum class Variability { fixed, tunable, continuous, discrete };
 
 // The elements that ports belong to.
 struct Owner {
-  std::string name;  // of the element; empty: the whole mechanism
-  std::string kind;  // a word for it, such as the type of a joint
+  std::string name;      // of the element; empty: the whole mechanism
+  std::string kind;      // body, joint, force or station; else empty
+  std::string type;      // of its kind
+  std::string terminal;  // what other FMUs connect to it for; empty: nothing
 };
 
 struct Port {
@@ -51,7 +53,6 @@ struct Port {
   const Enumeration* enumeration = nullptr;
   int owner = -1;                    // in Ports::owners()
   bool in_terminal = false;          // what other FMUs connect to
-  bool exposed = true;               // a variable of the FMU
   bool needs_accelerations = false;  // reads View::vdot or View::lambda; only these can depend on inputs
 
   // Where the value is: a parameter lies in a Mechanism, an input in the vector u. Outputs are computed in groups, such
@@ -97,7 +98,7 @@ class Ports {
   const System& system;
 
   // What is told from here on belongs to it; an owner that is there already is taken again.
-  void owner(const std::string& name, const std::string& kind);
+  void owner(const std::string& name, const std::string& kind, const std::string& type);
   // Outputs that are computed together.
   struct Group {
     int object, port;
@@ -126,8 +127,8 @@ class Ports {
 
   // Which row of its element's table the ports from `first` on have.
   void set_port(std::size_t first, int row);
-  // Ports of the present owner that other FMUs connect to, by the names of their vectors.
-  void terminal(const std::vector<const char*>& members);
+  // Ports of the present owner that other FMUs connect to, by the names of their vectors, and what for.
+  void terminal(const std::string& purpose, const std::vector<const char*>& members);
 
   const std::vector<Port>& ports() const { return ports_; }
   const std::vector<Owner>& owners() const { return owners_; }

@@ -37,7 +37,7 @@ void energies(const View& view, int, int, double* values) {
 
 void station_ports(Ports& ports, int s) {
   const StationDef& d = ports.mechanism.stations[s];
-  ports.owner(d.name, "station");
+  ports.owner(d.name, "station", "");
   ports.outputs(s, d.name + ".position", 3, "Displacement", "Position in W: " + d.description, station_position);
   const int axes = static_cast<int>(d.deflection_axes.size());
   if (axes == 0) return;
@@ -46,7 +46,7 @@ void station_ports(Ports& ports, int s) {
 }
 
 void system_ports(Ports& ports) {
-  ports.owner("", "");
+  ports.owner("", "", "");
   using V = const View&;
   ports.parameters(
       0, "gravity", 3, "Acceleration", "Gravitational acceleration in W",
