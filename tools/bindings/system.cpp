@@ -216,7 +216,10 @@ void bind_system(nb::module_& m) {
           "joint"_a, "coordinate"_a = 0)
       .def_prop_ro("drive_count", [](const PySystem& s) { return s.system.drive_count(); })
       .def_rw("start", &PySystem::start, "What drives prescribe.")
-      .def("actuator_index", [](const PySystem& s, int spring) { return s.system.force(spring).first_input(); })
+      .def("actuator_index",
+           [](const PySystem& s, int spring) {
+             return s.system.force(static_cast<int>(s.definition.loads.size()) + spring).first_input();
+           })
       .def("residual", &PySystem::residual, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "u"_a)
       .def("constraints", &PySystem::constraints, "q"_a, "v"_a, "(Phi, Phi', B, Z)")
       .def("explicit_rate", &PySystem::explicit_rate, "q"_a, "v"_a, "W = d(Phi')/dt at fixed q and v")

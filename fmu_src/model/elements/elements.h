@@ -16,8 +16,8 @@ namespace sigmafmu {
 // Calls use(key of the list in files, list) for each type of force; Any is a MultibodyDef, const or not.
 template <typename Any, typename Use>
 void for_each_force_list(Any& d, Use use) {
-  use("forces", d.spring_dampers);
   use("loads", d.loads);
+  use("forces", d.spring_dampers);
   use("joint_springs", d.joint_springs);
 }
 

@@ -57,11 +57,16 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
 
 }  // namespace
 
+// First of those that have inputs or outputs, then of those that have parameters alone.
 void force_ports(Ports& ports) {
-  int f = 0;
-  for_each_force_list(ports.mechanism.multibody, [&](const char*, const auto& forces) {
-    for (std::size_t i = 0; i < forces.size(); ++i) ports_of(ports, forces[i], static_cast<int>(i), f++);
-  });
+  for (const bool alone : {false, true}) {
+    int f = 0;
+    for_each_force_list(ports.mechanism.multibody, [&](const char*, const auto& forces) {
+      for (std::size_t i = 0; i < forces.size(); ++i, ++f) {
+        if (ports.system.force(f).ports().empty() == alone) ports_of(ports, forces[i], static_cast<int>(i), f);
+      }
+    });
+  }
 }
 
 }  // namespace sigmafmu
