@@ -170,7 +170,7 @@ void write_freedom(XMLElement* root, const Mechanism& mechanism) {
 }
 
 void write(const Mechanism& mechanism, const std::string& file, const std::vector<const char*>& sources) {
-  const System system(mechanism.multibody);
+  const System system(mechanism.multibody, find_compliance(mechanism.multibody));
   const auto [variables, owners] = make_variables(mechanism, system);
 
   tinyxml2::XMLDocument document;

@@ -38,6 +38,10 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     rows_.push_back(lu_->handle(pattern.constraint_node(constraint), unknown));
     columns_.push_back(lu_->handle(unknown, pattern.constraint_node(constraint)));
   }
+  for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
+    const int node = pattern.constraint_node(constraint), count = pattern.constraint_sizes[constraint];
+    soft_.push_back({lu_->handle(node, node) + row * count + row, force});
+  }
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
@@ -65,6 +69,7 @@ bool ConsistentSolver::factorize() {
       for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
     }
   }
+  for (const SoftEquation& soft : soft_) values[soft.place] -= soft.compliance;
   return lu_->factorize(factorization_);
 }
 
@@ -97,10 +102,11 @@ double ConsistentSolver::constraint_defect() {
   return largest(defect_) / std::max(largest(motion()), std::numeric_limits<double>::min());
 }
 
-// Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains.
+// Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains. In
+// positions or with velocities off their constraints dependent equations contradict each other by as much.
 bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
   constexpr int kMaxRefinements = 20;
-  constexpr double kTolerableDefect = 1e-8;
+  const double tolerable = soft() ? 1e-3 : 1e-8;
   double driving = 0;  // an acceleration that the forces can give to the heaviest body
   for (int part = 0; part < 2; ++part) {
     double force = 0, inertia = 0;
@@ -125,7 +131,7 @@ bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda)
     multipliers() += lambda;
     defect = constraint_defect();
   } while (defect < 0.5 * before && ++count < kMaxRefinements);
-  singular_ = defect > kTolerableDefect && largest(defect_) > kTolerableDefect * driving;
+  singular_ = defect > tolerable && largest(defect_) > tolerable * driving;
   return !singular_;
 }
 
@@ -207,7 +213,8 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(const Inputs& u, 
 }
 
 bool ConsistentSolver::project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v) {
-  for (int repeat = 0; repeat < 2; ++repeat) {  // the second removes the rounding of the first
+  // The second time removes the rounding of the first, more of them what compliance leaves.
+  for (int repeat = 0; repeat < (soft() ? 4 : 2); ++repeat) {
     system_.evaluate(q, v, u, evaluation_);
     if (!factorize()) return false;
     motion().setZero();

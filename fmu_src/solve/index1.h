@@ -4,6 +4,10 @@
 //   [B  0  ] [lambda] = [-Z v - W]        (Phi'' = B vdot + Z v + W = 0)
 //
 // The same matrix projects positions and velocities onto the constraints with the least change in the mass metric.
+//
+// Where equations depend on each other the matrix has -e (multibody/constraints/compliance.h) in place of their zeros.
+// To solve again for what the equations then miss, with the same matrix, takes the compliance out of all that they agree
+// on: each time that shrinks by e / (e + B M^-1 B^T), while the multipliers stay those of the springs.
 // A ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
 #pragma once
 
@@ -48,6 +52,7 @@ class ConsistentSolver {
  private:
   bool factorize();
   void solve();
+  bool soft() const { return !soft_.empty(); }
   double constraint_defect();
   [[nodiscard]] bool refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda);
   Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
@@ -60,6 +65,11 @@ class ConsistentSolver {
   bool singular_ = false;
   VectorXd x_, zero_velocity_, zero_lambda_, r_;
   std::vector<int> pairs_, rows_, columns_;  // where blocks of the pattern are in the factorization
+  struct SoftEquation {
+    int place;  // in the factorization, on the diagonal
+    double compliance;
+  };
+  std::vector<SoftEquation> soft_;
   VectorXd gamma_, defect_;                  // -Z v - W and what B vdot misses of it
   Inputs u_;
   VectorXd q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
