@@ -133,7 +133,7 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
-  add_compliance(f);
+  if (soft()) add_compliance(f);
   return lu_->factorize(f);
 }
 
@@ -250,8 +250,7 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
   }
 }
 
-void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const VectorXd& lambda, const VectorXd& mu,
-                              const StepScales& step, VectorXd& x) const {
+void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
   for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -step.scale * r[i];
   const bool velocities = formulation_ == Formulation::index2, both = stabilized();
   for (const auto& [first, count, unknown] : equations_) {
@@ -263,10 +262,14 @@ void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const Vect
       if (both) lower[k] = phi[k] - rate;
     }
   }
+}
+
+void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step,
+                                  VectorXd& x) const {
   for (const SoftEquation& soft : soft_) {
     const double yielding = soft.force * step.scale * lambda[soft.index];
     x[soft.unknown] += yielding;
-    if (both) x[soft.unknown_mu] -= yielding + soft.motion * mu[soft.index];
+    if (stabilized()) x[soft.unknown_mu] -= yielding + soft.motion * mu[soft.index];
   }
 }
 

@@ -55,9 +55,10 @@ class NewtonMatrix {
   // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_->size(); }
   void solve(const Factorization& f, VectorXd& x) const { lu_->solve(f, x.data()); }
-  // The right side of an iteration with residual r at lambda and mu.
-  void right_side(const Evaluation& e, const VectorXd& r, const VectorXd& lambda, const VectorXd& mu,
-                  const StepScales& step, VectorXd& x) const;
+  // The right side of an iteration with residual r; if some constraints are soft, what lambda and mu add to it.
+  void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
+  void add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step, VectorXd& x) const;
+  bool soft() const { return !soft_.empty(); }
   // lambda and mu plus their increments in a solution x.
   void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
 
