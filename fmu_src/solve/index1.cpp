@@ -14,6 +14,9 @@ namespace {
 
 // Of the joints' equations after a solution, against the accelerations: rounding leaves less.
 constexpr double kNegligibleDefect = 2e-12;
+// Of soft equations against a step's: refinement takes it out again, and what contradictions of dependent equations do
+// to multipliers is that much smaller. Near singular positions that takes too long, and they get a step's.
+constexpr double kFirstCompliance = 100;
 
 template <typename Vector>
 double largest(const Vector& x) {
@@ -49,7 +52,7 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
   q_s_.setZero(system.position_size());
 }
 
-bool ConsistentSolver::factorize() {
+bool ConsistentSolver::factorize(double compliance) {
   lu_->clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
   double* values = factorization_.values.data();
@@ -69,7 +72,7 @@ bool ConsistentSolver::factorize() {
       for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
     }
   }
-  for (const SoftEquation& soft : soft_) values[soft.place] -= soft.compliance;
+  for (const SoftEquation& soft : soft_) values[soft.place] -= compliance * soft.compliance;
   return lu_->factorize(factorization_);
 }
 
@@ -79,18 +82,27 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
                                      VectorXd& lambda) {
   system_.evaluate(q, v, u, evaluation_);
   system_.constraint_rates(u, evaluation_);
-  singular_ = !factorize();
+  gamma_ = -evaluation_.W;
+  system_.subtract_rows_times(evaluation_.Z, v.data(), gamma_);
+  const bool solved = soft() ? solve_accelerations(kFirstCompliance, 1e-6, u, vdot, lambda) ||
+                                   solve_accelerations(1, 1e-3, u, vdot, lambda)
+                             : solve_accelerations(1, 1e-8, u, vdot, lambda);
+  return solved && x_.allFinite();
+}
+
+// False when the equations of joints miss by more than `tolerable` of all accelerations, and of what any force explains.
+bool ConsistentSolver::solve_accelerations(double compliance, double tolerable, const Inputs& u, VectorXd& vdot,
+                                           VectorXd& lambda) {
+  singular_ = !factorize(compliance);
   if (singular_) return false;
   system_.residual(evaluation_, zero_velocity_, zero_lambda_, u, r_);
   motion() = -r_;
-  gamma_ = -evaluation_.W;
-  system_.subtract_rows_times(evaluation_.Z, v.data(), gamma_);
   multipliers() = gamma_;
   solve();
-  if (constraint_defect() > kNegligibleDefect && !refine(u, vdot, lambda)) return false;
+  if (constraint_defect() > kNegligibleDefect && !refine(tolerable, u, vdot, lambda)) return false;
   vdot = motion();
   lambda = multipliers();
-  return x_.allFinite();
+  return true;
 }
 
 // Largest entry of defect_ = -Z v - W - B vdot, over that of all accelerations. Bodies are eliminated before their
@@ -104,9 +116,8 @@ double ConsistentSolver::constraint_defect() {
 
 // Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains. In
 // positions or with velocities off their constraints dependent equations contradict each other by as much.
-bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
+bool ConsistentSolver::refine(double tolerable, const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
   constexpr int kMaxRefinements = 20;
-  const double tolerable = soft() ? 1e-3 : 1e-8;
   double driving = 0;  // an acceleration that the forces can give to the heaviest body
   for (int part = 0; part < 2; ++part) {
     double force = 0, inertia = 0;

@@ -50,11 +50,13 @@ class ConsistentSolver {
   [[nodiscard]] bool project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v);
 
  private:
-  bool factorize();
+  bool factorize(double compliance = 1);
   void solve();
   bool soft() const { return !soft_.empty(); }
   double constraint_defect();
-  [[nodiscard]] bool refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda);
+  [[nodiscard]] bool solve_accelerations(double compliance, double tolerable, const Inputs& u, VectorXd& vdot,
+                                         VectorXd& lambda);
+  [[nodiscard]] bool refine(double tolerable, const Inputs& u, VectorXd& vdot, VectorXd& lambda);
   Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
   Eigen::Map<VectorXd> multipliers() { return {x_.data() + system_.velocity_size(), system_.constraint_size()}; }
 
