@@ -24,7 +24,8 @@ void integrator_ports(Ports& ports) {
     const RealSetting& setting = real_settings()[row];
     Port& v = ports.parameter(
         row, n + name, type, description,
-        [](Mechanism& m, int o, int, int) -> double& { return m.integrator.*real_settings()[o].value; }, Variability::fixed);
+        [](Mechanism& m, int o, int, int) -> double& { return m.integrator.*real_settings()[o].value; },
+        Variability::fixed);
     v.min = setting.min;
     v.max = setting.max;
     v.above_min = setting.above_min;
@@ -64,7 +65,7 @@ void integrator_ports(Ports& ports) {
       "Estimated position error of the last internal step, relative to the mechanism's size; of rotations in rad",
       [](const View& v, int, int, double* x) { *x = state(v).error; });
   ports.output(0, n + "largestErrorEstimate", "Estimate", "Largest estimate of all internal steps since the start",
-                [](const View& v, int, int, double* x) { *x = state(v).largest_error; });
+               [](const View& v, int, int, double* x) { *x = state(v).largest_error; });
 
   auto counter = [&](const char* name, const char* description, Ports::Output output) {
     Port& v = ports.output(0, n + name, nullptr, description, output);

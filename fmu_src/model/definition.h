@@ -85,11 +85,11 @@ struct Frame {
 Matrix3d axes_with_z(const Vector3d& z);
 
 enum class JointType {
-  spherical,  // origins coincide
-  revolute,   // and z1 = z2; angle from x1 to x2 about z
-  universal,  // origins coincide and y1 is perpendicular to x2 (the two axes of the cross)
-  prismatic,  // frames parallel, origin 2 on the z axis of frame 1; displacement along it
-  fixed,      // frames coincide
+  spherical,    // origins coincide
+  revolute,     // and z1 = z2; angle from x1 to x2 about z
+  universal,    // origins coincide and y1 is perpendicular to x2 (the two axes of the cross)
+  prismatic,    // frames parallel, origin 2 on the z axis of frame 1; displacement along it
+  fixed,        // frames coincide
   cylindrical,  // z axes coincide; angle and displacement as above
 };
 
@@ -106,8 +106,8 @@ struct JointDef {
   Frame frame1;
   int body2 = kGround;
   Frame frame2;
-  // Of each coordinate: angles with their turns [rad], displacements [m], and rates. They count where MultibodyDef::held
-  // has them; else the bodies tell them.
+  // Of each coordinate: angles with their turns [rad], displacements [m], and rates. They count where
+  // MultibodyDef::held has them; else the bodies tell them.
   static constexpr double kNotSet = std::numeric_limits<double>::quiet_NaN();
   std::array<double, 2> initial_coordinates = {kNotSet, kNotSet};
   std::array<double, 2> initial_rates = {kNotSet, kNotSet};

@@ -34,7 +34,8 @@ void validate_joint(const JointDef& j) {
       const double x = values[c];
       if (std::isnan(x)) continue;  // not set
       if (static_cast<int>(c) >= j.coordinate_count()) {
-        fail(j.name, " has the initial value ", x, "; joints of its type must not have ", c == 0 ? "one." : "a second.");
+        fail(j.name, " has the initial value ", x, "; joints of its type must not have ",
+             c == 0 ? "one." : "a second.");
       }
       if (!std::isfinite(x)) fail(j.name, " has the initial value ", x, "; it must be finite.");
     }

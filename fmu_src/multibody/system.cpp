@@ -47,8 +47,7 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
   if (!pulled_rows_.empty()) pull_back_rows(e);
 }
 
-void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const Inputs& u,
-                      VectorXd& r) const {
+void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambda, const Inputs& u, VectorXd& r) const {
   for (const auto& [i, body] : rigid_) {
     Segment6 ri(r.data() + kVelocitiesPerBody * i);
     ri = body.inertial_force(e.frames[i], vdot.segment<6>(kVelocitiesPerBody * i));

@@ -63,7 +63,7 @@ def test_equations_and_their_derivatives(seed):
 @property_test(100, seed=seeds)
 def test_the_power_of_drives_completes_the_balance_of_energy(seed):
     """Energy changes by the power of all else and by -λ x' of every drive: that of the gradient's rows."""
-    rng, tree, system, v = driven_tree(seed)
+    _, tree, system, v = driven_tree(seed)
     inputs = np.zeros(system.input_size)
     vdot, multipliers = system.accelerations(tree.q, v, inputs)
     energy = derivative(lambda t: system.energy(system.compose(tree.q, t * v), v + t * vdot))

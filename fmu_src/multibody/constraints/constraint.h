@@ -27,7 +27,8 @@ class Constraint {
   virtual int frame_count() const = 0;
 
   // Phi, Phi' [m or 1 and per s] and B.
-  virtual void evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const = 0;
+  virtual void evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot,
+                        const FrameRows& B) const = 0;
   // Z and W; W is zero before.
   virtual void rates(const Inputs& u, const Kinematics& k, const FrameRows& Z, double* W) const = 0;
   // K += d(B^T lambda)/d(motion).

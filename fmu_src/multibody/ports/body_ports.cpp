@@ -26,8 +26,8 @@ void copy(const VectorXd& from, int first, int count, double* to) { std::copy_n(
 void inertia_ports(Ports& ports, int b, const std::string& n) {
   constexpr auto fixed = Variability::fixed;
   Port& mass = ports.parameter(
-      b, n + ".mass", "Mass", "Mass", [](Mechanism& m, int o, int, int) -> double& { return m.multibody.bodies[o].mass; },
-      fixed);
+      b, n + ".mass", "Mass", "Mass",
+      [](Mechanism& m, int o, int, int) -> double& { return m.multibody.bodies[o].mass; }, fixed);
   mass.above_min = true;
   const char* moments[] = {"xx", "yy", "zz"};
   for (int i = 0; i < 3; ++i) {
@@ -39,10 +39,11 @@ void inertia_ports(Ports& ports, int b, const std::string& n) {
   }
   const char* products[] = {"xy", "xz", "yz"};
   for (int i = 0; i < 3; ++i) {
-    ports.parameter(
-        b, n + ".inertia." + products[i], "ProductOfInertia",
-        "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
-        [](Mechanism& m, int o, int, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
+    ports
+        .parameter(
+            b, n + ".inertia." + products[i], "ProductOfInertia",
+            "Off-diagonal element of the inertia matrix about the centre of mass, body axes",
+            [](Mechanism& m, int o, int, int c) -> double& { return m.multibody.bodies[o].inertia_products[c]; }, fixed)
         .component = i;
   }
 }
@@ -53,11 +54,12 @@ void modal_ports(Ports& ports, int b, const std::string& n, const ModalDef& d) {
   constexpr auto tunable = Variability::tunable;
   const int modes = d.mode_count();
   ports.outputs(b, n + ".modal", modes, "Deflection", "Modal coordinate",
-          [](V v, int o, int, double* x) { copy(v.q, modal_position(v, o), v.system.modes(o), x); });
+                [](V v, int o, int, double* x) { copy(v.q, modal_position(v, o), v.system.modes(o), x); });
   ports.outputs(b, n + ".modalRate", modes, "DeflectionRate", "Rate of the modal coordinate",
-          [](V v, int o, int, double* x) { copy(v.v, modal_velocity(v, o), v.system.modes(o), x); });
+                [](V v, int o, int, double* x) { copy(v.v, modal_velocity(v, o), v.system.modes(o), x); });
   ports.initial_vector({InitialValue::Kind::modal, b}, modes, "Deflection", "Initial modal coordinate");
-  ports.initial_vector({InitialValue::Kind::modal_rate, b}, modes, "DeflectionRate", "Initial rate of the modal coordinate");
+  ports.initial_vector({InitialValue::Kind::modal_rate, b}, modes, "DeflectionRate",
+                       "Initial rate of the modal coordinate");
   ports.parameter(
       b, n + ".massDamping", "MassDamping", "Rayleigh damping: this times the modal mass matrix",
       [](M m, int o, int, int) -> double& { return m.multibody.bodies[o].modal->mass_damping; }, tunable);
@@ -75,15 +77,16 @@ void body_ports(Ports& ports, int b) {
   ports.owner(n, definition.modal ? "flexible" : "body");
   const std::string origin = definition.modal ? "the frame's origin" : "the centre of mass";
   ports.outputs(b, n + ".position", 3, "Position", "Position of " + origin + " in W",
-          [](V v, int o, int, double* x) { vector3(x) = v.q.segment<3>(kPositionsPerBody * o); });
+                [](V v, int o, int, double* x) { vector3(x) = v.q.segment<3>(kPositionsPerBody * o); });
   ports.outputs(b, n + ".quaternion", 4, "Quaternion", "Orientation R_WB as unit quaternion (w, x, y, z)",
-          [](V v, int o, int, double* x) { std::copy_n(v.q.data() + kPositionsPerBody * o + 3, 4, x); });
-  ports.outputs(ports.group(b, 3, [](V v, int o, int, double* x) { vector3(x) = rotation_vector(v, o); }), 0, n + ".rotationVector", 3,
-          "Angle", "Orientation R_WB as rotation vector, at most pi long", rotation_vector_rate);
+                [](V v, int o, int, double* x) { std::copy_n(v.q.data() + kPositionsPerBody * o + 3, 4, x); });
+  ports.outputs(ports.group(b, 3, [](V v, int o, int, double* x) { vector3(x) = rotation_vector(v, o); }), 0,
+                n + ".rotationVector", 3, "Angle", "Orientation R_WB as rotation vector, at most pi long",
+                rotation_vector_rate);
   ports.outputs(b, n + ".velocity", 3, "Velocity", "Velocity of " + origin + " in W",
-          [](V v, int o, int, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o); });
+                [](V v, int o, int, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o); });
   ports.outputs(b, n + ".angularVelocity", 3, "AngularVelocity", "Angular velocity in body axes",
-          [](V v, int o, int, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o + 3); });
+                [](V v, int o, int, double* x) { vector3(x) = v.v.segment<3>(kVelocitiesPerBody * o + 3); });
   ports.outputs(
       b, n + ".acceleration", 3, "Acceleration", "Acceleration of " + origin + " in W",
       [](V v, int o, int, double* x) { vector3(x) = v.vdot.segment<3>(kVelocitiesPerBody * o); }, true);
@@ -101,7 +104,7 @@ void body_ports(Ports& ports, int b) {
   using Kind = InitialValue::Kind;
   ports.initial_vector({Kind::position, b}, 3, "Position", "Initial position in W");
   ports.initial_vector({Kind::quaternion, b}, 4, "Quaternion",
-                 "Initial orientation R_WB (w, x, y, z), normalized, set as a whole");
+                       "Initial orientation R_WB (w, x, y, z), normalized, set as a whole");
   ports.initial_vector({Kind::velocity, b}, 3, "Velocity", "Initial velocity in W");
   ports.initial_vector({Kind::angular_velocity, b}, 3, "AngularVelocity", "Initial angular velocity in body axes");
   ports.terminal({"position", "quaternion", "velocity", "angularVelocity", "force", "torque"});

@@ -74,8 +74,7 @@ void drive_ports(Ports& ports, int d) {
   const bool turns = joint.turns(drive.coordinate);
   ports.owner(joint.name, "");
   const Ports::Group group = ports.group(
-      d, 1,
-      [](const View& v, int o, int, double* x) { *x = -v.lambda[v.system.drive_lambda_index(o)]; }, true);
+      d, 1, [](const View& v, int o, int, double* x) { *x = -v.lambda[v.system.drive_lambda_index(o)]; }, true);
   ports.output(group, 0, joint.name + (turns ? ".driveTorque" : ".driveForce"), turns ? "Torque" : "Force",
                turns ? "Torque of the drive about the joint axis on the second body"
                      : "Force of the drive along the joint axis on the second body");

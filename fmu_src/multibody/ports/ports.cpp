@@ -145,16 +145,16 @@ Port& Ports::parameter(int object, const std::string& name, const char* type, co
   return p;
 }
 
-void Ports::parameters(int object, const std::string& name, int count, const char* type,
-                       const std::string& description, Parameter access, Variability variability) {
+void Ports::parameters(int object, const std::string& name, int count, const char* type, const std::string& description,
+                       Parameter access, Variability variability) {
   elements(count, [&](int i, const std::string& suffix) {
     parameter(object, name + suffix, type, description, access, variability).component = i;
   });
 }
 
 void Ports::initial(InitialValue what, const std::string& suffix, const char* type, const std::string& description) {
-  Port& p = add(initial_name(mechanism.multibody, what) + suffix, type,
-                description + "; stays if set, gives way if not");
+  Port& p =
+      add(initial_name(mechanism.multibody, what) + suffix, type, description + "; stays if set, gives way if not");
   p.causality = Causality::parameter;
   p.variability = Variability::fixed;
   p.initial = what;

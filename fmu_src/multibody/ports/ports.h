@@ -49,9 +49,9 @@ struct Port {
   bool above_min = false;  // min itself is not allowed
   bool integer = false;    // Integer or Enumeration
   const Enumeration* enumeration = nullptr;
-  int owner = -1;            // in Ports::owners()
-  bool in_terminal = false;  // what other FMUs connect to
-  bool exposed = true;       // a variable of the FMU
+  int owner = -1;                    // in Ports::owners()
+  bool in_terminal = false;          // what other FMUs connect to
+  bool exposed = true;               // a variable of the FMU
   bool needs_accelerations = false;  // reads View::vdot or View::lambda; only these can depend on inputs
 
   // Where the value is: a parameter lies in a Mechanism, an input in the vector u. Outputs are computed in groups, such
@@ -77,7 +77,7 @@ class OutputValues {
  public:
   explicit OutputValues(const std::vector<Port>& ports);
   double operator()(const Port& port, const View& view);  // of an output
-  void forget();                                           // the point has changed
+  void forget();                                          // the point has changed
 
  private:
   std::vector<double> values_;

@@ -265,7 +265,8 @@ int HeldProjection::steps(const VectorXd& q0, const Coordinates& coordinates) co
     count = std::max(count, lie::log(lie::quaternion(a).conjugate() * lie::quaternion(b)).norm() / kRotation);
   }
   for (const auto& [c, from, to] : coordinates) {
-    count = std::max(count, std::abs(to - from) / (system_.coordinate(c).is_angle() ? kRotation : kPart * system_.size()));
+    count =
+        std::max(count, std::abs(to - from) / (system_.coordinate(c).is_angle() ? kRotation : kPart * system_.size()));
   }
   return static_cast<int>(std::ceil(std::min(count, kMost)));
 }
@@ -366,7 +367,8 @@ bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorX
   impose(v);
   if (system_.constraint_size() + rates.size() == 0) return true;
   linearize(q, rates);
-  for (int repeat = 0; repeat < 2; ++repeat) v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
+  for (int repeat = 0; repeat < 2; ++repeat)
+    v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
   impose(v);
   return gaps_of_rates(q, v, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
 }
