@@ -163,7 +163,8 @@ void write_structure(XMLElement* root, const std::vector<Port>& variables, const
 void write_freedom(XMLElement* root, const Mechanism& mechanism) {
   const Freedom f = initial_freedom(mechanism.multibody);
   std::printf("%s: degrees of freedom: %s\n", mechanism.name.c_str(), summary(f).c_str());
-  if (f.degrees() == 0 && mechanism.multibody.drives.empty()) throw std::runtime_error(mechanism.name + " cannot move: degrees of freedom: " + summary(f));
+  if (f.degrees() == 0 && mechanism.multibody.drives.empty())
+    throw std::runtime_error(mechanism.name + " cannot move: degrees of freedom: " + summary(f));
   XMLElement* tool = root->InsertNewChildElement("VendorAnnotations")->InsertNewChildElement("Tool");
   set(tool, "name", "sigmafmu");
   set(tool->InsertNewChildElement("DegreesOfFreedom"), "value", summary(f));

@@ -90,7 +90,8 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
   return solved && x_.allFinite();
 }
 
-// False when the equations of joints miss by more than `tolerable` of all accelerations, and of what any force explains.
+// False when the equations of joints miss by more than `tolerable` of all accelerations, and of what any force
+// explains.
 bool ConsistentSolver::solve_accelerations(double compliance, double tolerable, const Inputs& u, VectorXd& vdot,
                                            VectorXd& lambda) {
   singular_ = !factorize(compliance);

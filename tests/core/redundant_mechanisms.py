@@ -284,7 +284,7 @@ def bricard_motion(times: np.ndarray) -> np.ndarray:
         return np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
 
     def rhs(_: float, y: np.ndarray) -> np.ndarray:
-        positions, quaternions, v, w = np.split(y, [3 * n, 7 * n, 10 * n])
+        _, quaternions, v, w = np.split(y, [3 * n, 7 * n, 10 * n])
         quaternions, v, w = quaternions.reshape(n, 4), v.reshape(n, 3), w.reshape(n, 3)
         R = Rotation.from_quat(quaternions, scalar_first=True).as_matrix()
         rows, gamma = np.zeros((6 * (n + 1), 6 * n)), np.zeros(6 * (n + 1))
@@ -309,9 +309,7 @@ def bricard_motion(times: np.ndarray) -> np.ndarray:
             root[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = axes @ np.diag(values**-0.5) @ axes.T
         forced = root @ (np.linalg.pinv(rows @ root, rcond=1e-7) @ (gamma - rows @ free))
         vdot = (free + forced).reshape(n, 6)
-        spin = np.array(
-            [[-p[1:] @ o, *(p[0] * o + np.cross(o, p[1:]))] for p, o in zip(quaternions, w, strict=True)]
-        )
+        spin = np.array([[-p[1:] @ o, *(p[0] * o + np.cross(o, p[1:]))] for p, o in zip(quaternions, w, strict=True)])
         return np.concatenate([v.ravel(), 0.5 * spin.ravel(), vdot[:, :3].ravel(), vdot[:, 3:].ravel()])
 
     quaternions = [body.initial_quaternion for body in definition.bodies]

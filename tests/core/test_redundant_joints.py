@@ -7,7 +7,9 @@ import pytest
 
 from sigmafmu import _core
 
-from .closed_chains import FIXED, JointPlace, bricard as any_bricard, mechanism, planar_four_bar as any_four_bar
+from .closed_chains import FIXED, JointPlace, mechanism
+from .closed_chains import bricard as any_bricard
+from .closed_chains import planar_four_bar as any_four_bar
 from .helpers import (
     FORMULATIONS,
     GROUND,
@@ -187,7 +189,8 @@ def test_joints_hold(name, method):
     if "index2" not in method:
         assert phi <= 1e-11
     if "index3" not in method:
-        assert rate <= 2e-8  # at loads of 130 N; in the stabilized form and rkmk4 below 1e-9
+        # Index 2 lets its velocities yield by eps h/2 lambda over a mass, and drift makes a lambda of its own.
+        assert rate <= (3e-7 if "index2" in method else 1e-9)
 
 
 @every_mechanism
@@ -209,18 +212,17 @@ def test_projections_are_exact(name):
 @every_mechanism
 @pytest.mark.parametrize("method", ["stabilizedIndex2", "index3", "rkmk4"])
 def test_reactions_are_smooth(name, method):
-    """Fourth differences of the multipliers of 1 ms steps are 1e-3 of them at most: noise would have 16 times its size.
+    """Fourth differences over 1 ms, small for what is smooth, 16 times as large as noise.
 
-    The multipliers are those of the outputs, from the index-1 equations.
+    The multipliers are those of the outputs, from the index-1 equations. Those of index 3 show that its velocities are
+    off the joints by h², on which dependent equations do not agree.
     """
     definition = MECHANISMS[name][0]()
     system = _core.System(definition.multibody)
     run = simulation(definition, step_size=1e-3, **METHODS[method])
     _, q, v, _ = run.trajectory(0.6, 600)  # the row passes its singular position at 0.71 s
-    found = np.array(
-        [system.accelerations(*row, np.zeros(system.input_size))[1] for row in zip(q, v, strict=True)]
-    )
-    smooth = 1e-4 if name == "PlanarFourBar" else 1e-5
+    found = np.array([system.accelerations(*row, np.zeros(system.input_size))[1] for row in zip(q, v, strict=True)])
+    smooth = 1e-4 if name == "PlanarFourBar" else 1e-3 if (name, method) == ("Bricard", "index3") else 1e-6
     assert np.abs(np.diff(found[10:], 4, axis=0)).max() <= smooth * np.abs(found).max()
 
 

@@ -24,7 +24,11 @@ namespace {
 // The real outputs of a mechanism's FMU as functions of (q, v, u).
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
-      : mechanism((validate(m), m)), system(m.multibody, find_compliance(m.multibody)), solver(system), inputs_(inputs_at_start(m.multibody, system)), e(system.make_evaluation()) {
+      : mechanism((validate(m), m)),
+        system(m.multibody, find_compliance(m.multibody)),
+        solver(system),
+        inputs_(inputs_at_start(m.multibody, system)),
+        e(system.make_evaluation()) {
     for (const Port& v : make_variables(m, system).list) {
       if (v.output && !v.integer) variables.push_back(v);
       if (v.input >= 0) inputs.push_back(v.name);

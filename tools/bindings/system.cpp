@@ -25,7 +25,11 @@ namespace {
 // Dense views of one evaluation, for checking every derivative against differences.
 struct PySystem {
   explicit PySystem(const MultibodyDef& d)
-      : definition((validate(d), d)), system(d, find_compliance(d)), start(inputs_at_start(d, system)), e(system.make_evaluation()), solver(system) {}
+      : definition((validate(d), d)),
+        system(d, find_compliance(d)),
+        start(inputs_at_start(d, system)),
+        e(system.make_evaluation()),
+        solver(system) {}
 
   void check(const VectorXd& q, const VectorXd& v) const {
     if (q.size() != system.position_size() || v.size() != system.velocity_size()) {
@@ -203,9 +207,7 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("redundant", [](const PySystem& s) { return s.system.compliance().dependent; })
       .def_prop_ro("drive_count", [](const PySystem& s) { return s.system.drive_count(); })
       .def_rw("start", &PySystem::start, "What drives prescribe.")
-      .def("actuator_index", [](const PySystem& s, int spring) {
-        return s.system.force(spring).first_input();
-      })
+      .def("actuator_index", [](const PySystem& s, int spring) { return s.system.force(spring).first_input(); })
       .def("residual", &PySystem::residual, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "u"_a)
       .def("constraints", &PySystem::constraints, "q"_a, "v"_a, "(Phi, Phi', B, Z)")
       .def("explicit_rate", &PySystem::explicit_rate, "q"_a, "v"_a, "W = d(Phi')/dt at fixed q and v")

@@ -54,20 +54,21 @@ void system_ports(Ports& ports) {
   const Ports::Group energy = ports.group(0, 3, energies);
   ports.output(energy, 0, "energy.kinetic", "Energy", "Kinetic energy of all bodies");
   ports.output(energy, 1, "energy.potential", "Energy",
-         ports.system.flexible_count() > 0 ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
-                                      : "Potential energy of gravity (zero at the origin of W) and springs");
+               ports.system.flexible_count() > 0
+                   ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
+                   : "Potential energy of gravity (zero at the origin of W) and springs");
   ports.output(energy, 2, "energy.total", "Energy", "Kinetic and potential energy");
   ports.output(0, "constraint.positionResidual", "Residual",
-                "Largest violation of a joint equation (m, or 1 for directions)",
-                [](V v, int, int, double* x) { *x = v.system.position_residual(v.evaluation); });
+               "Largest violation of a joint equation (m, or 1 for directions)",
+               [](V v, int, int, double* x) { *x = v.system.position_residual(v.evaluation); });
   ports.output(0, "constraint.velocityResidual", "Residual",
-                "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
-                [](V v, int, int, double* x) { *x = v.system.velocity_residual(v.evaluation); });
+               "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
+               [](V v, int, int, double* x) { *x = v.system.velocity_residual(v.evaluation); });
   if (ports.system.compliance().dependent == 0) return;
-  Port& redundant = ports.output(
-      0, "joints.redundant", nullptr,
-      "Joint equations that follow from others: with them the reactions of joints are one choice of many",
-      [](V v, int, int, double* x) { *x = v.system.compliance().dependent; });
+  Port& redundant =
+      ports.output(0, "joints.redundant", nullptr,
+                   "Joint equations that follow from others: with them the reactions of joints are one choice of many",
+                   [](V v, int, int, double* x) { *x = v.system.compliance().dependent; });
   redundant.causality = Causality::local;
   redundant.integer = true;
   redundant.variability = Variability::discrete;

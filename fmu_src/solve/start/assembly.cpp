@@ -227,7 +227,8 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 
 void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   const auto& joints = definition.joints;
-  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; })) return;
+  if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; }))
+    return;
   const System system(definition, find_compliance(definition));
   ConsistentSolver solver(system, plans);
   VectorXd q(system.position_size()), v(system.velocity_size());

@@ -325,7 +325,8 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Part& p
     if (!(size > kDependent)) return true;  // nothing moves
     motion *= kDistance / size;
     VectorXd near = displaced(system, q, motion);
-    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent) return false;
+    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent)
+      return false;
   }
   return true;
 }
@@ -373,9 +374,9 @@ Freedom initial_freedom(const MultibodyDef& definition) {
   return freedom(system, q);
 }
 
-// e = eps / m and, of directions, eps / (m L^2), with the mechanism's size L and the mass m of the heaviest body that the
-// group's joints hold: under its weight they then give way by eps s g, of any size and mass. d = eps (1 + L^2) and eps
-// are as small beside B B^T, whose rows have lengths of this kind.
+// e = eps / m and, of directions, eps / (m L^2), with the mechanism's size L and the mass m of the heaviest body that
+// the group's joints hold: under its weight they then give way by eps s g, of any size and mass. d = eps (1 + L^2) and
+// eps are as small beside B B^T, whose rows have lengths of this kind.
 Compliance find_compliance(const MultibodyDef& definition) {
   constexpr double kCompliance = 1e-7;
   const MultibodyDef as_it_comes = without_held_values(definition);

@@ -19,7 +19,7 @@ struct Freedom {
     int equations = 0, dependent = 0;  // of these joints
   };
   std::vector<Group> groups;
-  double margin = 1;  // smallest part of an equation that is perpendicular to those before it
+  double margin = 1;              // smallest part of an equation that is perpendicular to those before it
   double independent_margin = 1;  // the same, of those that do not follow from the others
 
   int degrees() const { return velocities - independent; }
