@@ -6,12 +6,13 @@
 
 #include "integrator/integrator.h"
 #include "model/mechanism.h"
+#include "solve/start/dependent_equations.h"
 
 namespace sigmafmu {
 
 struct Engine {
   Engine(const MultibodyDef& multibody, const IntegratorSettings& settings, const KktPlans& plans)
-      : system(multibody),
+      : system(multibody, find_compliance(multibody)),
         solver(system, plans),
         integrator(std::make_unique<Integrator>(system, settings, plans)),
         evaluation(system.make_evaluation()),

@@ -2,6 +2,7 @@
 
 #include "multibody/system.h"
 #include "solve/start/assembly.h"
+#include "solve/start/dependent_equations.h"
 #include "text/text.h"
 
 namespace sigmafmu {
@@ -23,6 +24,16 @@ std::string short_text(const Parts&... parts) {
 }  // namespace
 
 template <typename MakeText>
+void Remarks::tell(MakeText make_text) noexcept {
+  if (!listener_ || !listener_->wants_events()) return;
+  try {
+    listener_->event(make_text().c_str());
+  } catch (...) {
+    listener_->event(kNoMemory);
+  }
+}
+
+template <typename MakeText>
 void Remarks::warn(MakeText make_text) noexcept {
   if (!listener_) return;
   try {
@@ -37,6 +48,9 @@ void Remarks::about_start(const Mechanism& mechanism, const System& system, Cons
                           const State& s) noexcept {
   warned_of_error_ = warned_of_spin_ = false;
   warn([&] { return describe_moved_values(mechanism.multibody, system, solver, s.q, s.v); });
+  if (system.compliance().dependent > 0) {
+    tell([&] { return describe_dependence(mechanism.multibody, system, s.q); });
+  }
   const IntegratorSettings& settings = mechanism.integrator;
   for (int i = 0; i < system.body_count(); ++i) {
     const double w = spin(s, i);
@@ -81,14 +95,11 @@ void Remarks::about_step(const Mechanism& mechanism, const State& s, double h) n
 }
 
 void Remarks::about_retries(std::int64_t retries, double t) noexcept {
-  if (retries == 0 || !listener_ || !listener_->wants_events()) return;
-  try {
-    listener_->event(short_text("The communication step to ", t, " s needed ", retries,
-                                " repeated internal steps with half the step size.")
-                         .c_str());
-  } catch (...) {
-    listener_->event(kNoMemory);
-  }
+  if (retries == 0) return;
+  tell([&] {
+    return short_text("The communication step to ", t, " s needed ", retries,
+                      " repeated internal steps with half the step size.");
+  });
 }
 
 }  // namespace sigmafmu

@@ -37,6 +37,8 @@ class Remarks {
  private:
   template <typename MakeText>
   void warn(MakeText make_text) noexcept;
+  template <typename MakeText>
+  void tell(MakeText make_text) noexcept;
 
   Listener* listener_;
   bool warned_of_error_ = false, warned_of_spin_ = false;

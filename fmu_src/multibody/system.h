@@ -17,6 +17,7 @@
 
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
+#include "multibody/constraints/compliance.h"
 #include "multibody/constraints/drive.h"
 #include "multibody/constraints/joint.h"
 #include "multibody/forces/force.h"
@@ -40,7 +41,7 @@ struct Evaluation {
 
 class System {
  public:
-  explicit System(const MultibodyDef& definition);
+  explicit System(const MultibodyDef& definition, Compliance compliance = {});
   System(const System&) = delete;
   System& operator=(const System&) = delete;
   // Takes over what may change while the System is in use: gravity, damping of flexible bodies, values of forces.
@@ -79,6 +80,8 @@ class System {
   // Joints are the first constraints.
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const Joint& joint(int j) const { return *joints_[j]; }
+  // Of constraints whose equations depend on each other.
+  const Compliance& compliance() const { return compliance_; }
   // Then come the drives.
   const Drive& drive(int d) const { return *drives_[d]; }
   int drive_lambda_index(int d) const { return lambda_index(joint_count() + d); }
@@ -227,6 +230,7 @@ class System {
   std::vector<int> coordinate_index_;
   std::vector<const Joint*> joints_;
   std::vector<const Drive*> drives_;
+  const Compliance compliance_;
 };
 
 }  // namespace sigmafmu

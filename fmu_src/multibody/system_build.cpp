@@ -1,6 +1,7 @@
 // What a System is built from: unknowns, frames, elements, and where all their blocks are.
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/forces/joint_spring.h"
@@ -181,7 +182,8 @@ class System::Builder {
   int positions_ = 0, velocities_ = 0;
 };
 
-System::System(const MultibodyDef& definition) : size_(sigmafmu::size(definition)) {
+System::System(const MultibodyDef& definition, Compliance compliance)
+    : size_(sigmafmu::size(definition)), compliance_(std::move(compliance)) {
   Builder(*this, definition).build();
   set_values(definition);
 }

@@ -14,6 +14,9 @@ namespace {
 
 // Of the joints' equations after a solution, against the accelerations: rounding leaves less.
 constexpr double kNegligibleDefect = 2e-12;
+// Of soft equations against a step's: refinement takes it out again, and what contradictions of dependent equations do
+// to multipliers is that much smaller. Near singular positions that takes too long, and they get a step's.
+constexpr double kFirstCompliance = 100;
 
 template <typename Vector>
 double largest(const Vector& x) {
@@ -38,6 +41,10 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     rows_.push_back(lu_->handle(pattern.constraint_node(constraint), unknown));
     columns_.push_back(lu_->handle(unknown, pattern.constraint_node(constraint)));
   }
+  for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
+    const int node = pattern.constraint_node(constraint), count = pattern.constraint_sizes[constraint];
+    soft_.push_back({lu_->handle(node, node) + row * count + row, force});
+  }
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
@@ -45,7 +52,7 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
   q_s_.setZero(system.position_size());
 }
 
-bool ConsistentSolver::factorize() {
+bool ConsistentSolver::factorize(double compliance) {
   lu_->clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
   double* values = factorization_.values.data();
@@ -65,6 +72,7 @@ bool ConsistentSolver::factorize() {
       for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
     }
   }
+  for (const SoftEquation& soft : soft_) values[soft.place] -= compliance * soft.compliance;
   return lu_->factorize(factorization_);
 }
 
@@ -74,18 +82,28 @@ bool ConsistentSolver::accelerations(const VectorXd& q, const VectorXd& v, const
                                      VectorXd& lambda) {
   system_.evaluate(q, v, u, evaluation_);
   system_.constraint_rates(u, evaluation_);
-  singular_ = !factorize();
+  gamma_ = -evaluation_.W;
+  system_.subtract_rows_times(evaluation_.Z, v.data(), gamma_);
+  const bool solved = soft() ? solve_accelerations(kFirstCompliance, 1e-6, u, vdot, lambda) ||
+                                   solve_accelerations(1, 1e-3, u, vdot, lambda)
+                             : solve_accelerations(1, 1e-8, u, vdot, lambda);
+  return solved && x_.allFinite();
+}
+
+// False when the equations of joints miss by more than `tolerable` of all accelerations, and of what any force
+// explains.
+bool ConsistentSolver::solve_accelerations(double compliance, double tolerable, const Inputs& u, VectorXd& vdot,
+                                           VectorXd& lambda) {
+  singular_ = !factorize(compliance);
   if (singular_) return false;
   system_.residual(evaluation_, zero_velocity_, zero_lambda_, u, r_);
   motion() = -r_;
-  gamma_ = -evaluation_.W;
-  system_.subtract_rows_times(evaluation_.Z, v.data(), gamma_);
   multipliers() = gamma_;
   solve();
-  if (constraint_defect() > kNegligibleDefect && !refine(u, vdot, lambda)) return false;
+  if (constraint_defect() > kNegligibleDefect && !refine(tolerable, u, vdot, lambda)) return false;
   vdot = motion();
   lambda = multipliers();
-  return x_.allFinite();
+  return true;
 }
 
 // Largest entry of defect_ = -Z v - W - B vdot, over that of all accelerations. Bodies are eliminated before their
@@ -97,10 +115,10 @@ double ConsistentSolver::constraint_defect() {
   return largest(defect_) / std::max(largest(motion()), std::numeric_limits<double>::min());
 }
 
-// Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains.
-bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
+// Iterative refinement of x_ until the defect no longer falls; false when it stays above what any motion explains. In
+// positions or with velocities off their constraints dependent equations contradict each other by as much.
+bool ConsistentSolver::refine(double tolerable, const Inputs& u, VectorXd& vdot, VectorXd& lambda) {
   constexpr int kMaxRefinements = 20;
-  constexpr double kTolerableDefect = 1e-8;
   double driving = 0;  // an acceleration that the forces can give to the heaviest body
   for (int part = 0; part < 2; ++part) {
     double force = 0, inertia = 0;
@@ -125,7 +143,7 @@ bool ConsistentSolver::refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda)
     multipliers() += lambda;
     defect = constraint_defect();
   } while (defect < 0.5 * before && ++count < kMaxRefinements);
-  singular_ = defect > kTolerableDefect && largest(defect_) > kTolerableDefect * driving;
+  singular_ = defect > tolerable && largest(defect_) > tolerable * driving;
   return !singular_;
 }
 
@@ -207,7 +225,8 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(const Inputs& u, 
 }
 
 bool ConsistentSolver::project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v) {
-  for (int repeat = 0; repeat < 2; ++repeat) {  // the second removes the rounding of the first
+  // The second time removes the rounding of the first, more of them what compliance leaves.
+  for (int repeat = 0; repeat < (soft() ? 4 : 2); ++repeat) {
     system_.evaluate(q, v, u, evaluation_);
     if (!factorize()) return false;
     motion().setZero();

@@ -4,7 +4,11 @@
 //   [B  0  ] [lambda] = [-Z v - W]        (Phi'' = B vdot + Z v + W = 0)
 //
 // The same matrix projects positions and velocities onto the constraints with the least change in the mass metric.
-// A ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
+//
+// Where equations depend on each other the matrix has -e (multibody/constraints/compliance.h) in place of their zeros.
+// To solve again for what the equations then miss, with the same matrix, takes the compliance out of all that they
+// agree on: each time that shrinks by e / (e + B M^-1 B^T), while the multipliers stay those of the springs. A
+// ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
 #pragma once
 
 #include "multibody/input_signal.h"
@@ -46,10 +50,13 @@ class ConsistentSolver {
   [[nodiscard]] bool project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v);
 
  private:
-  bool factorize();
+  bool factorize(double compliance = 1);
   void solve();
+  bool soft() const { return !soft_.empty(); }
   double constraint_defect();
-  [[nodiscard]] bool refine(const Inputs& u, VectorXd& vdot, VectorXd& lambda);
+  [[nodiscard]] bool solve_accelerations(double compliance, double tolerable, const Inputs& u, VectorXd& vdot,
+                                         VectorXd& lambda);
+  [[nodiscard]] bool refine(double tolerable, const Inputs& u, VectorXd& vdot, VectorXd& lambda);
   Eigen::Map<VectorXd> motion() { return {x_.data(), system_.velocity_size()}; }
   Eigen::Map<VectorXd> multipliers() { return {x_.data() + system_.velocity_size(), system_.constraint_size()}; }
 
@@ -60,7 +67,12 @@ class ConsistentSolver {
   bool singular_ = false;
   VectorXd x_, zero_velocity_, zero_lambda_, r_;
   std::vector<int> pairs_, rows_, columns_;  // where blocks of the pattern are in the factorization
-  VectorXd gamma_, defect_;                  // -Z v - W and what B vdot misses of it
+  struct SoftEquation {
+    int place;  // in the factorization, on the diagonal
+    double compliance;
+  };
+  std::vector<SoftEquation> soft_;
+  VectorXd gamma_, defect_;  // -Z v - W and what B vdot misses of it
   Inputs u_;
   VectorXd q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };

@@ -58,6 +58,14 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
     equations_.push_back(
         {system.lambda_index(c), pattern.constraint_sizes[c], lu_->offset(pattern.constraint_node(c))});
   }
+  for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
+    const auto& [first, count, unknown] = equations_[constraint];
+    const int node = pattern.constraint_node(constraint), columns = stabilized() ? 2 * count : count;
+    const int block = lu_->handle(node, node), below = block + (stabilized() ? count * columns : 0);
+    const int diagonal = row * columns + row;
+    soft_.push_back({first + row, force, motion, unknown + row, unknown + row + (stabilized() ? count : 0),
+                     block + diagonal, below + diagonal + (stabilized() ? count : 0), below + diagonal});
+  }
   for (const auto& pair : pattern.pairs) pairs_.push_back(lu_->handle(pair.row, pair.column));
   const int last = pattern.inertia_pairs;
   std::vector<std::vector<int>> mixed(pattern.unknown_count()), met(pattern.unknown_count());
@@ -125,7 +133,17 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
+  if (soft()) add_compliance(f);
   return lu_->factorize(f);
+}
+
+void NewtonMatrix::add_compliance(Factorization& f) const {
+  for (const SoftEquation& soft : soft_) {
+    f.values[soft.diagonal] -= soft.force;
+    if (!stabilized()) continue;
+    f.values[soft.below] += soft.force;
+    f.values[soft.diagonal_mu] += soft.motion;
+  }
 }
 
 // (kappa M + scale gamma' C) U + kappa M E + scale K; then D P^-1 in place of kappa M + scale gamma' C.
@@ -243,6 +261,15 @@ void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const Step
       upper[k] = velocities ? -rate : -phi[k];
       if (both) lower[k] = phi[k] - rate;
     }
+  }
+}
+
+void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step,
+                                  VectorXd& x) const {
+  for (const SoftEquation& soft : soft_) {
+    const double yielding = soft.force * step.scale * lambda[soft.index];
+    x[soft.unknown] += yielding;
+    if (stabilized()) x[soft.unknown_mu] -= yielding + soft.motion * mu[soft.index];
   }
 }
 

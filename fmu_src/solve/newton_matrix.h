@@ -14,6 +14,9 @@
 // (U = P = I, E = F = 0 for modal coordinates), which are Eqs. (67) and (D.2), scaled; in the stabilized form the
 // second row is subtracted from the third, so that only small terms couple mu to the motion. Index 2 has the third row
 // in place of the second.
+//
+// Constraints whose equations depend on each other have a compliance (multibody/constraints/compliance.h): -e in the
+// second row's column of lambda, d in the third one's of mu, and after the subtraction e in that of lambda.
 #pragma once
 
 #include "model/settings.h"
@@ -52,8 +55,10 @@ class NewtonMatrix {
   // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
   int size() const { return lu_->size(); }
   void solve(const Factorization& f, VectorXd& x) const { lu_->solve(f, x.data()); }
-  // The right side of an iteration with residual r.
+  // The right side of an iteration with residual r; if some constraints are soft, what lambda and mu add to it.
   void right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const;
+  void add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step, VectorXd& x) const;
+  bool soft() const { return !soft_.empty(); }
   // lambda and mu plus their increments in a solution x.
   void add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const;
 
@@ -70,6 +75,8 @@ class NewtonMatrix {
   template <int N, int Size>
   void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
                   double* block);
+
+  void add_compliance(Factorization& f) const;
 
   bool stabilized() const { return formulation_ == Formulation::stabilized_index2; }
   bool pose(const BlockPattern::Incidence& incidence) const {
@@ -92,10 +99,19 @@ class NewtonMatrix {
   struct Equations {
     int first, count, unknown;
   };
+  // An equation with compliance: its index in lambda, what its multipliers add to it, and where it is in the vector of
+  // unknowns and in a Factorization; of mu: in the stabilized form.
+  struct SoftEquation {
+    int index;
+    double force, motion;
+    int unknown, unknown_mu;
+    int diagonal, diagonal_mu, below;  // (lambda, lambda), (mu, mu), (mu, lambda)
+  };
   const System& system_;
   Formulation formulation_;
   std::shared_ptr<const BlockLU> lu_;
   std::vector<Equations> equations_;
+  std::vector<SoftEquation> soft_;
   std::vector<int> pairs_;
   std::vector<Incident> incidences_;
   std::vector<Shared> shared_;

@@ -194,22 +194,23 @@ def test_energy_is_kinetic_plus_potential(seed):
     assert_close(_core.System(tree.definition).energy(tree.q, v), expected, 32 * EPS, 100.0)
 
 
-def test_dependent_constraints_are_refused():
-    """The same joint twice: six equations for three."""
+def test_dependent_constraints_share_a_load():
+    """The same joint twice: six equations for three, and accelerations as with one of them."""
     rng = np.random.default_rng(5)
-    definition = _core.Multibody()
-    definition.add(random_body(rng, "body"))
-    frame = random_frame(rng)
-    for name in ("one", "two"):
-        definition.add(_core.Joint(name, Type.spherical, GROUND, frame, 0, frame))
-    system = _core.System(definition)
-    q = np.array([0.0, 0, 0, 1, 0, 0, 0])
-    with pytest.raises(RuntimeError, match="dependent"):
-        system.accelerations(q, np.zeros(6), np.zeros(system.input_size))
-    mechanism = _core.Mechanism()
-    mechanism.multibody = definition
-    with pytest.raises(RuntimeError, match=r"^Joint equations are dependent: 3 of the 6 equations of joints one and"):
-        _core.Simulation(mechanism)
+    frame, body = random_frame(rng), random_body(rng, "body")
+    found = []
+    for names in (("one",), ("one", "two")):
+        definition = _core.Multibody()
+        definition.gravity = rng.uniform(-10, 10, 3) if not found else found[0][0]
+        definition.add(body)
+        for name in names:
+            definition.add(_core.Joint(name, Type.spherical, GROUND, frame, 0, frame))
+        system = _core.System(definition)
+        q = np.array([0.0, 0, 0, 1, 0, 0, 0])
+        found.append((definition.gravity, *system.accelerations(q, np.zeros(6), np.zeros(system.input_size))))
+    (_, vdot, multipliers), (_, vdot_of_two, of_two) = found
+    assert_close(vdot_of_two, vdot, 1e-11)
+    assert_close(of_two, np.tile(multipliers / 2, 2), 1e-8)  # rounding over the compliance, 1e-5 of 1/mass
 
 
 def test_arrays_of_wrong_size_are_refused():

@@ -17,6 +17,7 @@
 #include "model/modal_file.h"
 #include "model/validation.h"
 #include "solve/start/assembly.h"
+#include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -246,7 +247,8 @@ void bind_definitions(nb::module_& m) {
   m.def(
       "assemble",
       [](const MultibodyDef& d) {
-        const System system((validate(d), d));
+        validate(d);
+        const System system(d, find_compliance(d));
         ConsistentSolver solver(system);
         VectorXd q(system.position_size()), v(system.velocity_size());
         assemble(d, system, solver, q, v);

@@ -25,7 +25,7 @@ namespace {
 struct PyOutputs {
   explicit PyOutputs(const Mechanism& m)
       : mechanism((validate(m), m)),
-        system(m.multibody),
+        system(m.multibody, find_compliance(m.multibody)),
         solver(system),
         inputs_(inputs_at_start(m.multibody, system)),
         e(system.make_evaluation()) {

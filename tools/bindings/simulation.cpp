@@ -9,6 +9,7 @@
 #include "integrator/methods/spin_sigma.h"
 #include "model/mechanism.h"
 #include "solve/start/assembly.h"
+#include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -20,7 +21,7 @@ namespace {
 struct PySimulation {
   explicit PySimulation(const Mechanism& m)
       : mechanism((validate(m.multibody), m)),
-        system(mechanism.multibody),
+        system(mechanism.multibody, find_compliance(mechanism.multibody)),
         solver(system, plans),
         integrator(system, mechanism.integrator, plans),
         state(integrator.make_state()),

@@ -26,7 +26,7 @@ namespace {
 struct PySystem {
   explicit PySystem(const MultibodyDef& d)
       : definition((validate(d), d)),
-        system(d),
+        system(d, find_compliance(d)),
         start(inputs_at_start(d, system)),
         e(system.make_evaluation()),
         solver(system) {}
@@ -214,6 +214,7 @@ void bind_system(nb::module_& m) {
             return c < 0 ? -1 : s.system.motor(c).first_input();
           },
           "joint"_a, "coordinate"_a = 0)
+      .def_prop_ro("redundant", [](const PySystem& s) { return s.system.compliance().dependent; })
       .def_prop_ro("drive_count", [](const PySystem& s) { return s.system.drive_count(); })
       .def_rw("start", &PySystem::start, "What drives prescribe.")
       .def("actuator_index",

@@ -95,6 +95,7 @@ const VectorXd& NewtonMethod::increments(const StepScales& scales, State& s, Ite
   ++failure.iterations;
   v_old_ = at.v();
   matrix_.right_side(evaluation_, r_, scales, x_);
+  if (matrix_.soft()) matrix_.add_compliance(at.lambda, at.mu, scales, x_);
   matrix_.solve(modified_ && !matrix_is_new_ ? s.jacobian : factorization_, x_);
   matrix_.add_multipliers(x_, scales, at.lambda, at.mu);
   return x_;

@@ -64,6 +64,14 @@ void system_ports(Ports& ports) {
   ports.output(0, "constraint.velocityResidual", "Residual",
                "Largest violation of the time derivative of a joint equation (m/s, or 1/s for directions)",
                [](V v, int, int, double* x) { *x = v.system.velocity_residual(v.evaluation); });
+  if (ports.system.compliance().dependent == 0) return;
+  Port& redundant =
+      ports.output(0, "joints.redundant", nullptr,
+                   "Joint equations that follow from others: with them the reactions of joints are one choice of many",
+                   [](V v, int, int, double* x) { *x = v.system.compliance().dependent; });
+  redundant.causality = Causality::local;
+  redundant.integer = true;
+  redundant.variability = Variability::discrete;
 }
 
 }  // namespace sigmafmu

@@ -49,7 +49,7 @@ std::string describe_obstacle(const MultibodyDef& definition, const System& syst
   VectorXd reachable = start, rest = VectorXd::Zero(system.velocity_size());
   if (!reach_positions(system, u, reachable)) return "";
   for (const VectorXd& q : {reachable, end}) {
-    const std::string text = describe_dependence(definition, system, q);
+    const std::string text = describe_singular_position(definition, system, q);
     if (!text.empty()) return text;
   }
   if (solver.project_velocities(reachable, u, rest)) return "";
@@ -68,7 +68,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
-  if (const std::string text = describe_dependence(definition, system, q); !text.empty()) {
+  if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) {
     throw std::runtime_error(text);
   }
   require_agreeing_axes(definition, system, q);
@@ -229,7 +229,7 @@ void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   const auto& joints = definition.joints;
   if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; }))
     return;
-  const System system(definition);
+  const System system(definition, find_compliance(definition));
   ConsistentSolver solver(system, plans);
   VectorXd q(system.position_size()), v(system.velocity_size());
   assemble(definition, system, solver, q, v);

@@ -210,6 +210,7 @@ Freedom freedom_of(const Place& at, const Part& part) {
     const double part = beyond.norm();
     result.margin = std::min(result.margin, part);
     if (part > kDependent && result.independent < basis.cols()) {
+      result.independent_margin = std::min(result.independent_margin, part);
       basis.col(result.independent++) = beyond / part;
       independent.push_back(i);
     } else {
@@ -334,6 +335,19 @@ void add(const Freedom& part, Freedom& all) {
   all.independent += part.independent;
   all.groups.insert(all.groups.end(), part.groups.begin(), part.groups.end());
   all.margin = std::min(all.margin, part.margin);
+  all.independent_margin = std::min(all.independent_margin, part.independent_margin);
+}
+
+// "2 of the 19 equations of joints a, b and c follow from the others", for each group.
+std::string dependences(const MultibodyDef& definition, const Freedom& f) {
+  std::string text;
+  for (std::size_t k = 0; k < f.groups.size(); ++k) {
+    const Freedom::Group& g = f.groups[k];
+    text += (k > 0 ? "; " : "") + std::to_string(g.dependent) + " of the " + std::to_string(g.equations) +
+            " equations of " + (g.joints.size() == 1 ? "joint " : "joints ") + list(definition, g.joints) +
+            (g.dependent == 1 ? " follows from the others" : " follow from the others");
+  }
+  return text;
 }
 
 }  // namespace
@@ -358,6 +372,36 @@ Freedom initial_freedom(const MultibodyDef& definition) {
   }
   reach_positions(system, inputs_at_start(definition, system), q);
   return freedom(system, q);
+}
+
+// e = eps / m and, of directions, eps / (m L^2), with the mechanism's size L and the mass m of the heaviest body that
+// the group's joints hold: under its weight they then give way by eps s g, of any size and mass. d = eps (1 + L^2) and
+// eps are as small beside B B^T, whose rows have lengths of this kind.
+Compliance find_compliance(const MultibodyDef& definition) {
+  constexpr double kCompliance = 1e-7;
+  const MultibodyDef as_it_comes = without_held_values(definition);
+  const Freedom f = initial_freedom(as_it_comes);
+  Compliance result;
+  if (f.groups.empty()) return result;
+  const System system(as_it_comes);
+  const double L = system.size();
+  result.dependent = f.equations - f.independent;
+  for (const Freedom::Group& group : f.groups) {
+    double heaviest = 0;
+    for (const auto& i : system.pattern().incidences) {
+      if (!std::binary_search(group.joints.begin(), group.joints.end(), i.constraint)) continue;
+      heaviest = std::max(heaviest, mass(definition.bodies[system.pattern().unknowns[i.unknown].body]));
+    }
+    for (int c : group.joints) {
+      const Constraint& constraint = system.constraint(c);
+      for (int row = 0; row < constraint.equations(); ++row) {
+        const bool length = row < constraint.length_equations();
+        result.equations.push_back({c, row, kCompliance / (length ? heaviest : heaviest * L * L),
+                                    length ? kCompliance * (1 + L * L) : kCompliance});
+      }
+    }
+  }
+  return result;
 }
 
 std::string summary(const Freedom& f) {
@@ -400,7 +444,7 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
   return false;
 }
 
-std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+std::string describe_singular_position(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   const Freedom f = freedom(system, q);
   if (f.groups.empty()) return "";
   const Place at(system, q);
@@ -409,20 +453,23 @@ std::string describe_dependence(const MultibodyDef& definition, const System& sy
     const Freedom of_part = freedom_of(at, part);
     if (!of_part.groups.empty()) always = always && dependent_everywhere(system, q, part, of_part.independent);
   }
-  std::string text = always ? "Joint equations are dependent: " : "The position is singular: ";
-  for (std::size_t k = 0; k < f.groups.size(); ++k) {
-    const Freedom::Group& g = f.groups[k];
-    text += (k > 0 ? "; " : "") + std::to_string(g.dependent) + " of the " + std::to_string(g.equations) +
-            " equations of " + (g.joints.size() == 1 ? "joint " : "joints ") + list(definition, g.joints) +
-            (g.dependent == 1 ? " follows from the others" : " follow from the others");
-  }
-  if (!always) return text + " in it alone; choose a start at some distance from it.";
-  return text + "; replace a joint by one that leaves more freedom.";
+  if (always) return "";
+  return "The position is singular: " + dependences(definition, f) +
+         " in it alone; choose a start at some distance from it.";
+}
+
+std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  const Freedom f = freedom(system, q);
+  if (f.groups.empty()) return "";
+  return "Joint equations are dependent: " + dependences(definition, f) +
+         "; the reactions of these joints are one choice of many that fit the motion.";
 }
 
 std::string describe_nearness(const System& system, const VectorXd& q) {
   constexpr double kNear = 1e-3;
-  const double margin = freedom(system, q).margin;
+  const Freedom f = freedom(system, q);
+  const bool more = f.equations - f.independent > system.compliance().dependent;
+  const double margin = more ? f.margin : f.independent_margin;
   if (margin > kNear) return "";
   std::ostringstream text = text_stream(6);
   text << "The mechanism is near a singular position there: of one joint equation a part of " << margin
@@ -431,7 +478,7 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
 }
 
 std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
-  if (const std::string text = describe_dependence(definition, system, q); !text.empty()) return text;
+  if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) return text;
   const VectorXd length = Place(system, q).lengths.cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;
   for (const RigidBodyDef& body : definition.bodies) heaviest = std::max(heaviest, mass(body));

@@ -19,7 +19,8 @@ struct Freedom {
     int equations = 0, dependent = 0;  // of these joints
   };
   std::vector<Group> groups;
-  double margin = 1;  // smallest part of an equation that is perpendicular to those before it
+  double margin = 1;              // smallest part of an equation that is perpendicular to those before it
+  double independent_margin = 1;  // the same, of those that do not follow from the others
 
   int degrees() const { return velocities - independent; }
 };
@@ -28,6 +29,9 @@ Freedom freedom(const System& system, const VectorXd& q);
 // At the initial positions, moved onto the joints' equations as far as that goes.
 Freedom initial_freedom(const MultibodyDef& definition);
 
+// For the joints and drives of all groups, as the definition comes: a value that is set makes no equation dependent.
+Compliance find_compliance(const MultibodyDef& definition);
+
 // "1 (18 velocities, 17 independent joint equations)"
 std::string summary(const Freedom& freedom);
 
@@ -35,8 +39,11 @@ std::string summary(const Freedom& freedom);
 // than that of ConsistentSolver: what is found is good for a diagnosis.
 bool reach_positions(const System& system, const Inputs& u, VectorXd& q);
 
-// One sentence when equations are dependent at q, with Phi(q) = 0: joints that are dependent wherever they go, or a
-// position that is singular. Empty when all are independent.
+// One sentence when a position q, with Phi(q) = 0, is singular: more equations are dependent in it than wherever else
+// its joints lead.
+std::string describe_singular_position(const MultibodyDef& definition, const System& system, const VectorXd& q);
+
+// One sentence when equations are dependent at q: which joints these are. Empty when all are independent.
 std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q);
 
 // One sentence when q is near a position where independent equations become dependent, or empty.
