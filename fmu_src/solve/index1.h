@@ -5,10 +5,11 @@
 //
 // The same matrix projects positions and velocities onto the constraints with the least change in the mass metric.
 //
-// Where equations depend on each other the matrix has -e (multibody/constraints/compliance.h) in place of their zeros.
-// To solve again for what the equations then miss, with the same matrix, takes the compliance out of all that they
-// agree on: each time that shrinks by e / (e + B M^-1 B^T), while the multipliers stay those of the springs. A
-// ConsistentSolver owns its work space: one per thread. Nothing here allocates after construction.
+// Where equations depend on each other the matrix has -e (multibody/constraints/compliance.h), for accelerations -100
+// e, in place of their zeros. To solve again for what the equations then miss, with the same matrix, takes the
+// compliance out of all that they agree on: each time that shrinks by e / (e + B M^-1 B^T), while the multipliers stay
+// those of the springs. A ConsistentSolver owns its work space: one per thread. Nothing here allocates after
+// construction.
 #pragma once
 
 #include "multibody/input_signal.h"
