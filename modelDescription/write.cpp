@@ -276,8 +276,8 @@ int main(int argc, char** argv) {
         const std::string folder = argv[2];
         write_json(mechanism, folder + "/mechanism.json");
         find_joint_values(mechanism.multibody);
-        const Variables variables = make_variables(
-            mechanism, System(mechanism.multibody, find_compliance(mechanism.multibody)));
+        const Variables variables =
+            make_variables(mechanism, System(mechanism.multibody, find_compliance(mechanism.multibody)));
         write_elements(variables, folder + "/elements.json");
         write(mechanism, variables, folder + "/modelDescription.xml", {argv + 4, argv + argc});
         return 0;

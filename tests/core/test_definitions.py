@@ -102,7 +102,7 @@ NAMES = {
     ),
     "spring and load": (
         load("spring"),
-        "spring is the name of a spring-damper and of a load; every element needs its own.",
+        "spring is the name of a load and of a spring-damper; every element needs its own.",
     ),
     "load and station": (
         station("weight"),
