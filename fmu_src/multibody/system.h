@@ -18,7 +18,6 @@
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
 #include "multibody/constraints/compliance.h"
-#include "multibody/constraints/drive.h"
 #include "multibody/constraints/joint.h"
 #include "multibody/forces/force.h"
 #include "multibody/frame.h"
@@ -52,7 +51,7 @@ class System {
   int velocity_size() const { return kVelocitiesPerBody * body_count() + modal_count_; }
   int constraint_size() const { return constraint_size_; }
   int input_size() const { return input_size_; }
-  int drive_count() const { return static_cast<int>(drives_.size()); }
+  int drive_count() const { return drive_count_; }
   double size() const { return size_; }  // of the mechanism [m]
   const BlockPattern& pattern() const { return pattern_; }
 
@@ -83,7 +82,6 @@ class System {
   // Of constraints whose equations depend on each other.
   const Compliance& compliance() const { return compliance_; }
   // Then come the drives.
-  const Drive& drive(int d) const { return *drives_[d]; }
   int drive_lambda_index(int d) const { return lambda_index(joint_count() + d); }
   bool axes_agree(const Evaluation& e, int joint) const;
   // Force and torque on body 2 (the node, where it attaches to one), in W.
@@ -213,7 +211,7 @@ class System {
   }
   static double largest(const VectorXd& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0.0; }
 
-  int body_count_ = 0, modal_count_ = 0, constraint_size_ = 0, input_size_ = 0;
+  int body_count_ = 0, modal_count_ = 0, constraint_size_ = 0, input_size_ = 0, drive_count_ = 0;
   double size_;
   Vector3d gravity_;
   BlockPattern pattern_;
@@ -229,7 +227,6 @@ class System {
   std::vector<AttachedCoordinate> coordinates_;
   std::vector<int> coordinate_index_;
   std::vector<const Joint*> joints_;
-  std::vector<const Drive*> drives_;
   const Compliance compliance_;
 };
 

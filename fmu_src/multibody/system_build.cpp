@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "multibody/bodies/rigid_body_inline.h"
+#include "multibody/constraints/drive.h"
 #include "multibody/forces/joint_spring.h"
 #include "multibody/forces/load.h"
 #include "multibody/forces/motor.h"
@@ -159,9 +160,7 @@ class System::Builder {
 
   void drive(const DriveDef& d) {
     const AttachedCoordinate& coordinate = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
-    auto element = std::make_unique<Drive>(coordinate.coordinate, s_.drive_count());
-    s_.drives_.push_back(element.get());
-    constraint(std::move(element), coordinate.at.frames);
+    constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++), coordinate.at.frames);
   }
 
   // One for each type of force.

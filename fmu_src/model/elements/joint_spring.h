@@ -1,5 +1,5 @@
-// Spring and damper on a joint's coordinate c: f = -k (c - c_rest) - d c', a torque about the joint's axis (k [N
-// m/rad]) or a force along it (k [N/m]) on the second body. Angles count turns. Its variables belong to the joint.
+// Spring and damper on a joint's coordinate c: f = -k (c - c_rest) - d c' on the second body, a torque [N m] about the
+// joint's axis or a force [N] along it. Angles count turns. Its variables belong to the joint.
 #pragma once
 
 #include <string>
