@@ -52,6 +52,18 @@ def measure(
     write_text(output, text)
 
 
+@app.command(epilog="Example: python -m research mechanisms Chain250 Bricard --output build/mechanisms")
+def mechanisms(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which; without names: all.")] = None,
+    output: Annotated[Path, typer.Option(help="Folder that gets the files.")] = Path("build/mechanisms"),
+) -> None:
+    """Write the mechanisms of tests and benchmarks as JSON files."""
+    from research.mechanisms import WRITTEN, write
+
+    paths = write(tuple(names or WRITTEN), output)
+    out.print(f"{len(paths)} files in {output}")
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""
