@@ -20,23 +20,20 @@ def main() -> None:
 app.command(epilog="Example: python -m research study heavy-top --quick --output build/study-quick")(study)
 
 
-@app.command(epilog="Example: python -m research bench --rounds 10 --output docs/speed.md")
+@app.command(epilog="Example: python -m research bench --quick --output build/bench/speed.md")
 def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Some mechanisms, few sizes, one round: a minute.")] = False,
     rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
-    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/speed.md"),
 ) -> None:
-    """Time an internal step of every mechanism beside Exudyn's."""
-    from research import bench as benchmark
+    """Time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers and limit kernels; minutes.
 
-    total = benchmark.runs(rounds)
-    with progress_bar(err, "bench", total, unit="runs") as move_to:
-        done = iter(range(1, total + 1))
-        results = benchmark.run(rounds, lambda: move_to(next(done)))
-    out.print(benchmark.machine(), soft_wrap=True)
-    for case, candidates in results:
-        out.print(benchmark.table(case, candidates))
-    if output:
-        write_text(output, benchmark.page(results))
+    CSV files and figures go into a folder beside the page. The environment variable SIGMAFMU_LIMITS may name a folder
+    with limit kernels.
+    """
+    from research.bench.page import write
+
+    write(output, quick, 1 if quick else rounds, lambda what: err.print(f"bench: {what}"))
 
 
 @app.command(epilog="Example: python -m research measure --output docs/accuracy.md")

@@ -19,7 +19,7 @@ GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s2, in W
 
 
 def revolute_arm7() -> _core.Mechanism:
-    """An arm with hinges about z and y of its links in turn, of the size of a light industrial robot; it falls from rest.
+    """An arm with hinges about z and y of its links in turn, as large as a light industrial robot; it falls from rest.
 
     Links are rods of 0.2 m of 4 kg to 1 kg, bent by 0.3, 0.6 and 0.9 rad in turn.
     """
