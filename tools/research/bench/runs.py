@@ -147,11 +147,14 @@ def pinocchio_aba(definition: _core.Multibody, count: int = 200, repeats: int = 
 def pinocchio_rk4(definition: _core.Multibody, h: float, steps: int, point: np.ndarray, aba: float) -> Run:
     """The classical Runge-Kutta method in Pinocchio's joint coordinates: angles of hinges, quaternions of balls.
 
-    A step counts as four times `aba` seconds, which is less than it takes.
+    A step counts as four times `aba` seconds, which is less than it takes. SigmafmuError: a body is free.
     """
     import pinocchio as pin
 
     model, v = pinocchio_model(definition)
+    for name, joint in zip(model.names, model.joints, strict=True):
+        if joint.nq > 4:
+            raise SigmafmuError(f"body {name} has a free joint; these steps are for hinges and balls")
     data, q, zero = model.createData(), pin.neutral(model), np.zeros(model.nv)
     balls = [joint for joint in model.joints if joint.nq == 4]
     others = [joint for joint in model.joints if joint.nq == 1]

@@ -41,8 +41,8 @@ def links(definition: _core.Multibody) -> list[Link]:
     """SigmafmuError: the definition is no such tree, or a joint's second body does not come after its first."""
     poses, velocities = (x.reshape(len(definition.bodies), -1) for x in _core.assemble(definition))
     joints = {joint.body2: joint for joint in definition.joints}
-    if len(joints) < len(definition.joints):
-        raise SigmafmuError("a body is the second of two joints; trees have one for each body")
+    if len(joints) < len(definition.joints) or _core.GROUND in joints:
+        raise SigmafmuError("a body is the second one of two joints, or the ground is; that makes no tree")
     result = []
     for i, (body, pose, v) in enumerate(zip(definition.bodies, poses, velocities, strict=True)):
         R = Rotation.from_quat(pose[3:], scalar_first=True).as_matrix()

@@ -178,24 +178,22 @@ class Model:
         """Add the inertial frame W as a body."""
         return self.mbs.AddObject(self.exu.itemInterface.ObjectGround())
 
-    def marker(self, body: Any, point: np.ndarray) -> Any:
-        """Add a marker at a point of a body (m, in B) with the body's axes."""
-        return self.mbs.AddMarker(
-            self.exu.itemInterface.MarkerBodyRigid(bodyNumber=body, localPosition=[float(x) for x in point])
-        )
+    def marker(self, body: Any, point: np.ndarray, axes: np.ndarray | None = None) -> Any:
+        """Add a marker at a point of a body (m, in B) with the body's axes, or these (columns, in B)."""
+        items = self.exu.itemInterface
+        if axes is None:
+            return self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localPosition=[float(x) for x in point]))
+        place = np.eye(4)
+        place[:3, :3], place[:3, 3] = axes, point
+        return self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localHT=place))
 
     def node_marker(self, node: Any) -> Any:
         """Add a marker with the position and the axes of a node."""
         return self.mbs.AddMarker(self.exu.itemInterface.MarkerNodeRigid(nodeNumber=node))
 
-    def hinge(self, markers: list[Any], frames: tuple[np.ndarray, np.ndarray], slides: bool) -> Any:
-        """Leave turns about z of these axes at the markers free, and with `slides` translations along it."""
-        items = self.exu.itemInterface
-        axes = {"rotationMarker0": frames[0], "rotationMarker1": frames[1]}
-        if slides:
-            free = [1, 1, 0, 1, 1, 0]
-            return self.mbs.AddObject(items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=free, **axes))
-        return self.mbs.AddObject(items.ObjectJointRevoluteZ(markerNumbers=markers, **axes))
+    def hinge(self, first: Any, second: Any) -> Any:
+        """Leave turns about z of two markers free."""
+        return self.mbs.AddObject(self.exu.itemInterface.ObjectJointRevoluteZ(markerNumbers=[first, second]))
 
     def joint(self, first: Any, second: Any, axes: list[int]) -> Any:
         """Constrain translations and rotations of two markers; three rotations free: spherical joint."""
@@ -285,14 +283,17 @@ def of_definition(definition: _core.Multibody) -> Callable[[Model], None]:
             )
         numbers = [*model.bodies.values()]
         for joint in definition.joints:
+            ball = joint.type == _core.JointType.spherical
             markers = [
-                model.marker(ground if body == _core.GROUND else numbers[body], frame.origin)
+                model.marker(
+                    ground if body == _core.GROUND else numbers[body], frame.origin, None if ball else frame.axes
+                )
                 for body, frame in ((joint.body1, joint.frame1), (joint.body2, joint.frame2))
             ]
-            if joint.type == _core.JointType.spherical:
-                model.joint(*markers, [1, 1, 1, 0, 0, 0])
+            if joint.type == _core.JointType.revolute:
+                model.hinge(*markers)
             else:
-                model.hinge(markers, (joint.frame1.axes, joint.frame2.axes), joint.type == _core.JointType.cylindrical)
+                model.joint(*markers, [1, 1, 1, 0, 0, 0] if ball else [1, 1, 0, 1, 1, 0])
 
     kinds = _core.JointType.spherical, _core.JointType.revolute, _core.JointType.cylindrical
     others = [joint.name for joint in definition.joints if joint.type not in kinds]
@@ -432,7 +433,7 @@ def _simulation_settings(exu: Any, settings: Settings, stop_time: float, steps: 
     if sample_step:
         simulation.solution.sensors.writePeriod = sample_step
     if settings.sparse:
-        simulation.linearSolverType = exu.LinearSolverType.EigenSparse
+        simulation.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     integration = simulation.timeIntegration
     integration.endTime = stop_time
     integration.numberOfSteps = steps
