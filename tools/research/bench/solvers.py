@@ -51,27 +51,28 @@ class Equations:
     bodies: int
 
 
-def equations(mechanism: _core.Mechanism, form: _core.Kkt) -> Equations:
-    """The Newton matrix of a step after STEPS ones: motion, λ and μ, scaled, λ and μ of a joint side by side.
+def newton_matrices(mechanism: _core.Mechanism) -> dict[str, Equations]:
+    """Those of a step after STEPS ones in each formulation: motion, λ and μ, scaled, λ and μ of a joint side by side.
 
     Generalized-α with a step of 1 ms and β' = 1/h², γ' = 1/h; μ acts through the inertia of each body alone.
     """
     multibody = mechanism.multibody
-    system = _core.System(multibody)
     simulation = _core.Simulation(mechanism)
     simulation.advance(H, STEPS)
     state = simulation.state
+    system = _core.System(multibody)
     M, C, K, B, Z = system.sparse(state.q, state.v, state.lambda_)
-    S = M + H * C
-    zero = sparse.csc_matrix((B.shape[0], B.shape[0]))
-    if form == _core.Kkt.newton:
-        A = sparse.bmat([[S + H**2 * K, B.T], [B, None]], format="csc")
-    else:
-        D = S.multiply(sparse.kron(sparse.eye(len(multibody.bodies)), np.ones((6, 6)))).tocsc()
-        A = sparse.bmat([[S + H**2 * K, B.T, D @ B.T], [B, zero, zero], [H * Z, zero, B @ B.T]], format="csc")
-        A = A[:, _beside(system, multibody)][_beside(system, multibody), :]
-    A.sort_indices()
-    return Equations(A, np.random.default_rng(1).normal(size=A.shape[0]), len(multibody.bodies))
+    S, zero, bodies = M + H * C, sparse.csc_matrix((B.shape[0], B.shape[0])), len(multibody.bodies)
+    D = S.multiply(sparse.kron(sparse.eye(bodies), np.ones((6, 6)))).tocsc()
+    order = _beside(system, multibody)
+    index3 = sparse.bmat([[S + H**2 * K, B.T], [B, None]], format="csc")
+    both = [[S + H**2 * K, B.T, D @ B.T], [B, zero, zero], [H * Z, zero, B @ B.T]]
+    stabilized = sparse.bmat(both, format="csc")[:, order][order, :]
+    result = {}
+    for name, A in (("index3", index3), ("stabilizedIndex2", stabilized)):
+        A.sort_indices()
+        result[name] = Equations(A, np.random.default_rng(1).normal(size=A.shape[0]), bodies)
+    return result
 
 
 def _beside(system: _core.System, multibody: _core.Multibody) -> np.ndarray:
@@ -207,9 +208,8 @@ def _rows(effort: Effort) -> Iterator[dict[str, Any]]:
     for name in QUICK if effort.quick else MECHANISMS:
         effort.tell(f"{name}: sparse solvers")
         mechanism = MECHANISMS[name]()
-        for formulation, form in FORMS.items():
-            e = equations(mechanism, form)
-            found = {"ours": ours(mechanism, form, e)}
+        for formulation, e in newton_matrices(mechanism).items():
+            found = {"ours": ours(mechanism, FORMS[formulation], e)}
             found |= {library: solver(e) for library, solver in LIBRARIES.items() if solver != eigen or EIGEN.exists()}
             for solver, (x, seconds) in found.items():
                 if np.abs(e.A @ x - e.b).max() > ACCURACY * (abs(e.A) @ np.abs(x)).max():

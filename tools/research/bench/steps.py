@@ -19,7 +19,6 @@ from sigmafmu.markdown import markdown_table
 
 TITLE = "Every mechanism and formulation"
 FILE = "steps.csv"
-CENTER = np.zeros(3)
 
 
 @dataclass(frozen=True)

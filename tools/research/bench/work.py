@@ -176,7 +176,8 @@ def report(rows: list[dict[str, Any]], folder: Path) -> str:
     parts = [
         "Position of the top, of the chain's tip and of the arm's last link at the end, with constant steps that are "
         "halved again and again. The references are DOP853 in minimal coordinates, at 1e-12. ≈ goes on from the "
-        "smallest error that was reached by the method's order; a dash is where errors stop to fall.\n\n"
+        "smallest error that was reached by the method's order; a dash is where errors stop to fall. rkmk54 takes the steps "
+        "that its tolerances ask for, at most these.\n\n"
         f"![Error over time]({folder.name}/{FIGURE})\n"
     ]
     for case in CASES:
@@ -193,15 +194,17 @@ def report(rows: list[dict[str, Any]], folder: Path) -> str:
 
 
 def _draw(rows: list[dict[str, Any]], names: list[str], path: Path) -> None:
+    colors = list(dict.fromkeys(row["method"] for row in rows))
     with figure(path, (4.0 * len(names), 4.2)) as drawing:
         every = drawing.subplots(1, len(names), squeeze=False)[0]
         for axes, name in zip(every, names, strict=True):
             mine = [row for row in rows if row["mechanism"] == name]
             for method in dict.fromkeys(row["method"] for row in mine):
                 series = [row for row in mine if row["method"] == method]
+                color = f"C{colors.index(method)}"
                 style = "o-" if method.startswith("ours") else "s--"
                 times, errors = ([row[key] for row in series] for key in ("ms", "error"))
-                axes.loglog(times, errors, style, markersize=3, label=method)
+                axes.loglog(times, errors, style, color=color, markersize=3, label=method)
             axes.set(xlabel="ms", title=name)
         every[0].set_ylabel("position error [m]")
         every[0].legend(fontsize=7)
