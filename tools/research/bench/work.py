@@ -176,8 +176,8 @@ def report(rows: list[dict[str, Any]], folder: Path) -> str:
     parts = [
         "Position of the top, of the chain's tip and of the arm's last link at the end, with constant steps that are "
         "halved again and again. The references are DOP853 in minimal coordinates, at 1e-12. ≈ goes on from the "
-        "smallest error that was reached by the method's order; a dash is where errors stop to fall. rkmk54 takes the steps "
-        "that its tolerances ask for, at most these.\n\n"
+        "smallest error that was reached by the method's order; a dash is where errors stop to fall. rkmk54 takes the "
+        "steps that its tolerances ask for, at most these.\n\n"
         f"![Error over time]({folder.name}/{FIGURE})\n"
     ]
     for case in CASES:
