@@ -133,7 +133,7 @@ format: $(SETUP) ## bring all sources into that style
 # tools/research, which setup has put on the path of the private environment
 RESEARCH := $(BIN)/python -m research
 
-bench: build ## time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers -> docs/speed.md; QUICK=1: a minute, build/bench
+bench: build ## time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers -> docs/speed.md; QUICK=1: a minute, into build/bench
 	@echo "bench: what steps cost (the first time 0.2 GB of packages, 0.9 GB in $(VENV))"
 	@$(PIP) install -q --group bench
 	@$(IN_VENV) cmake --build $(BUILD) --target eigen_sparse_lu > build/bench.log || { cat build/bench.log; exit 1; }

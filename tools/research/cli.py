@@ -25,15 +25,22 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Some mechanisms, few sizes, one round: a minute.")] = False,
     rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
     output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/speed.md"),
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SECTION", help="Measure this alone (repeatable), take the rest from its CSV files."),
+    ] = None,
+    redraw: Annotated[bool, typer.Option("--redraw", help="Measure nothing: page and figures from CSV files.")] = False,
 ) -> None:
     """Time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers and limit kernels; minutes.
 
     CSV files and figures go into a folder beside the page. The environment variable SIGMAFMU_LIMITS may name a folder
     with limit kernels.
     """
+    from research.bench import Effort
     from research.bench.page import write
 
-    write(output, quick, 1 if quick else rounds, lambda what: err.print(f"bench: {what}"))
+    effort = Effort(quick, 1 if quick else rounds, lambda what: err.print(f"bench: {what}"))
+    write(output, () if redraw else only, effort)
 
 
 @app.command(epilog="Example: python -m research measure --output docs/accuracy.md")

@@ -50,5 +50,5 @@ def _output(program: str) -> str | None:
     path = Path(folder) / program
     if not path.exists():
         raise SigmafmuError(f"{VARIABLE} is {folder}; there is no program {program} in it")
-    budget = {**os.environ, "BUDGET": "0.05"}  # seconds for each line
+    budget = {**os.environ, "BUDGET": "0.2"}  # seconds for each line
     return subprocess.run([path], capture_output=True, text=True, check=True, env=budget).stdout

@@ -1,13 +1,17 @@
 """The page of all measurements."""
 
-from collections.abc import Callable
+import csv
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
+from textwrap import fill
+from typing import Any
 
 from research.bench import Effort, growth, machine, robots, runs, solvers, steps, work
 from sigmafmu import SigmafmuError
 
-SECTIONS = (steps, growth, robots, work, solvers)
+SECTIONS = {"steps": steps, "growth": growth, "robots": robots, "work": work, "solvers": solvers}
+WIDTH = 120
 NEEDED = ("exudyn", "mujoco", "pinocchio", "kvxopt")
 INTRODUCTION = """\
 # What steps cost
@@ -20,19 +24,52 @@ another load on the machine disturbs least. It still makes all of them slower: c
 """
 
 
-def write(output: Path, quick: bool, rounds: int, tell: Callable[[str], None]) -> None:
-    """Measure everything; the page, and a folder of its name with CSV files and figures.
+def write(output: Path, only: Iterable[str] | None, effort: Effort) -> None:
+    """The page, and a folder of its name with CSV files and figures; sections not in `only` from their CSV files.
 
-    SigmafmuError: a package is missing or Exudyn's fast module cannot be loaded.
+    SigmafmuError: a section is not known or has no CSV file, a package is missing, Exudyn's fast module does not load.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
+    chosen = set(SECTIONS if only is None else only)
+    if chosen - set(SECTIONS):
+        unknown = ", ".join(sorted(chosen - set(SECTIONS)))
+        raise SigmafmuError(f"no such section: {unknown}; there are {', '.join(SECTIONS)}")
+    missing = [name for name in NEEDED if chosen and find_spec(name) is None]
     if missing:
         raise SigmafmuError(f"the benchmark needs {', '.join(missing)}; `make bench` installs what it needs")
-    runs.start_exudyn()
+    if chosen:
+        runs.start_exudyn()
     folder = output.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    effort = Effort(quick, rounds, tell)
-    parts = [INTRODUCTION.format(folder=folder.name, rounds=rounds, machine=machine())]
-    for section in SECTIONS:
-        parts.append(f"\n## {section.TITLE}\n\n{section.report(section.measure(effort), folder)}")
-    output.write_text("".join(parts), encoding="utf-8")
+    parts = [INTRODUCTION.format(folder=folder.name, rounds=effort.rounds, machine=machine())]
+    for name, section in SECTIONS.items():
+        rows = section.measure(effort) if name in chosen else _read(folder / section.FILE)
+        parts.append(f"\n## {section.TITLE}\n\n{section.report(rows, folder)}")
+    output.write_text(_wrapped("".join(parts)), encoding="utf-8")
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    """Rows of a CSV file; numbers as such, empty cells left out."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except FileNotFoundError as error:
+        raise SigmafmuError(f"there is no {path}; measure this section first") from error
+    return [{key: _number(text) for key, text in row.items() if text} for row in rows]
+
+
+def _number(text: str) -> Any:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _wrapped(text: str) -> str:
+    """Paragraphs in lines of 120 characters."""
+    keep = ("|", "#", "!")
+    return "".join(
+        line if line.startswith(keep) or len(line) <= WIDTH else f"{fill(line, WIDTH, break_on_hyphens=False)}\n"
+        for line in text.splitlines(keepends=True)
+    )
