@@ -134,7 +134,7 @@ format: $(SETUP) ## bring all sources into that style
 RESEARCH := $(BIN)/python -m research
 
 bench: build ## time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers -> docs/speed.md; QUICK=1: a minute, into build/bench
-	@echo "bench: what steps cost (the first time 0.2 GB of packages, 0.9 GB in $(VENV))"
+	@echo "bench: what steps cost (the first time 0.3 GB of packages, 1 GB in $(VENV))"
 	@$(PIP) install -q --group bench
 	@$(IN_VENV) cmake --build $(BUILD) --target eigen_sparse_lu > build/bench.log || { cat build/bench.log; exit 1; }
 	@$(RESEARCH) bench $(if $(QUICK),--quick --output build/bench/speed.md)

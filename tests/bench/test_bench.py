@@ -1,17 +1,20 @@
 """What `make bench` measures: all codes run the same mechanisms, all solvers the same equations; how it is told."""
 
 import csv
+import shutil
 import stat
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import sparse
 
-from research.bench import Effort, growth, limits, machine, robots, runs, solvers, steps, trees, work
+from research.bench import Effort, growth, limits, machine, page, robots, runs, solvers, steps, trees, work
 from research.mechanisms import FAMILIES, MECHANISMS, linkages, named
 from sigmafmu import SigmafmuError, _core
 
+ROOT = Path(__file__).resolve().parents[2]
 CENTER = np.zeros(3)
 RKMK4 = 2
 TREES = ("RevoluteArm7", "Chain5", "RevoluteChain5", "RandomTree12")
@@ -253,6 +256,27 @@ def test_growth_of_some_sizes(tmp_path, monkeypatch):
     text = growth.report(rows, tmp_path)
     assert "| row of four-bars |" in text
     assert (tmp_path / growth.FIGURE).stat().st_size > 1000
+
+
+def test_a_page_from_csv_files(tmp_path):
+    """Of rows that were measured before; nothing else is run."""
+    output, folder = tmp_path / "speed.md", tmp_path / "speed"
+    effort = Effort(quick=True, rounds=3, tell=lambda what: pytest.fail(f"{what} is measured"))
+    with pytest.raises(SigmafmuError, match=r"there is no .*steps\.csv; measure this section first"):
+        page.write(output, (), effort)
+    for section in page.SECTIONS.values():
+        shutil.copy(ROOT / "docs" / "speed" / section.FILE, folder)
+    page.write(output, (), effort)
+    text = output.read_text(encoding="utf-8")
+    for section in page.SECTIONS.values():
+        assert f"\n## {section.TITLE}\n" in text
+        assert section.FILE in {path.name for path in folder.iterdir()}
+    assert "3 times" in text
+    told = text[text.index("## Every") :]
+    committed = (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")
+    assert told == committed[committed.index("## Every") :]
+    with pytest.raises(SigmafmuError, match="no such section: nothing; there are steps, growth"):
+        page.write(output, ("nothing",), effort)
 
 
 def test_machine_names_what_was_compared():
