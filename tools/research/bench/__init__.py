@@ -1,7 +1,7 @@
 """What steps cost: beside Exudyn, explicit codes in joint coordinates and limit kernels, in one run.
 
 `python -m research bench` writes the page docs/speed.md with its tables, figures and CSV files. A section of it is a
-module with `measure(Effort) -> rows` and `report(rows, folder) -> Markdown`.
+module with `measure(Effort) -> rows`, which go into its CSV FILE, and `report(rows, folder) -> Markdown` of these.
 """
 
 import platform

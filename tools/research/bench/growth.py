@@ -10,7 +10,7 @@ import numpy as np
 
 from research.bench import Effort, limits, runs
 from research.mechanisms import FAMILIES, named
-from research.study.output import figure, write_csv
+from research.study.output import figure
 from sigmafmu import _core
 from sigmafmu.markdown import markdown_table
 
@@ -130,8 +130,6 @@ def _allocated() -> float:
 
 def report(rows: list[dict[str, Any]], folder: Path) -> str:
     """Figure and table."""
-    header = dict.fromkeys(key for row in rows for key in row)
-    write_csv(folder / FILE, rows, [*header])
     _draw(rows, folder / FIGURE)
     sizes = sorted({row["size"] for row in rows})
     parts = [

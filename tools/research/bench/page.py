@@ -8,6 +8,7 @@ from textwrap import fill
 from typing import Any
 
 from research.bench import Effort, growth, machine, robots, runs, solvers, steps, work
+from research.study.output import write_csv
 from sigmafmu import SigmafmuError
 
 SECTIONS = {"steps": steps, "growth": growth, "robots": robots, "work": work, "solvers": solvers}
@@ -42,7 +43,10 @@ def write(output: Path, only: Iterable[str] | None, effort: Effort) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     parts = [INTRODUCTION.format(folder=folder.name, rounds=effort.rounds, machine=machine())]
     for name, section in SECTIONS.items():
-        rows = section.measure(effort) if name in chosen else _read(folder / section.FILE)
+        if name in chosen:
+            rows = section.measure(effort)
+            write_csv(folder / section.FILE, rows, [*dict.fromkeys(key for row in rows for key in row)])
+        rows = _read(folder / section.FILE)
         parts.append(f"\n## {section.TITLE}\n\n{section.report(rows, folder)}")
     output.write_text(_wrapped("".join(parts)), encoding="utf-8")
 

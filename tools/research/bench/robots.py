@@ -8,7 +8,6 @@ import numpy as np
 
 from research.bench import Effort, runs
 from research.mechanisms import named
-from research.study.output import write_csv
 from sigmafmu.markdown import markdown_table
 
 TITLE = "Open trees beside explicit codes"
@@ -51,9 +50,8 @@ HEADER = {
 }
 
 
-def report(rows: list[dict[str, Any]], folder: Path) -> str:
+def report(rows: list[dict[str, Any]], _: Path) -> str:
     """One table, and who is faster."""
-    write_csv(folder / FILE, rows, [*rows[0]])
     table = markdown_table(
         ("µs per step", "bodies", *HEADER.values(), "Exudyn / ours", "ours / MuJoCo, RK4", "ours / Pinocchio, RK4"),
         [

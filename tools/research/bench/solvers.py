@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from research.bench import Effort
 from research.mechanisms import linkages, named
-from research.study.output import write_csv
 from sigmafmu import SigmafmuError, _core
 from sigmafmu.markdown import markdown_table
 
@@ -248,9 +247,8 @@ def _rows(effort: Effort) -> Iterator[dict[str, Any]]:
                 }
 
 
-def report(rows: list[dict[str, Any]], folder: Path) -> str:
+def report(rows: list[dict[str, Any]], _: Path) -> str:
     """One table, and whether a library is to be kept."""
-    write_csv(folder / FILE, rows, [*rows[0]])
     solvers = list(dict.fromkeys(row["solver"] for row in rows))
     lines = []
     for name, formulation in dict.fromkeys((row["mechanism"], row["formulation"]) for row in rows):

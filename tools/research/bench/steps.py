@@ -12,7 +12,6 @@ from research.bench import Effort, limits, runs
 from research.mechanisms import linkages, named
 from research.reference import chain
 from research.reference.minimal_coordinates import solve
-from research.study.output import write_csv
 from sigmafmu import _core
 from sigmafmu.fmu import Fmu
 from sigmafmu.markdown import markdown_table
@@ -141,9 +140,8 @@ def _exact(case: Case) -> np.ndarray | None:
 HEADER = ("", "ns per step", "iterations", "ns per iteration", "times faster", "/ limit", "error [m]")
 
 
-def report(rows: list[dict[str, Any]], folder: Path) -> str:
+def report(rows: list[dict[str, Any]], _: Path) -> str:
     """A table for each mechanism."""
-    write_csv(folder / FILE, rows, [*rows[0]])
     parts = [
         "Exudyn runs its σ-modified index-3 scheme with Lie group nodes, full and modified Newton, dense and sparse; "
         "*times faster* is beside the fastest of these. *Core* is the integrator called from C++, *FMU* the same "

@@ -15,7 +15,7 @@ from research.bench.trees import pinocchio_model
 from research.mechanisms import named
 from research.reference import chain
 from research.reference.minimal_coordinates import solve
-from research.study.output import figure, write_csv
+from research.study.output import figure
 from sigmafmu import SigmafmuError, _core
 from sigmafmu.markdown import markdown_table
 
@@ -170,7 +170,6 @@ def time_to(series: list[dict[str, Any]], target: float) -> str:
 
 def report(rows: list[dict[str, Any]], folder: Path) -> str:
     """Figure and table."""
-    write_csv(folder / FILE, rows, [*rows[0]])
     names = list(dict.fromkeys(row["mechanism"] for row in rows))
     _draw(rows, names, folder / FIGURE)
     parts = [
