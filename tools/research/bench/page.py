@@ -12,6 +12,8 @@ from research.study.output import write_csv
 from sigmafmu import SigmafmuError
 
 SECTIONS = {"steps": steps, "growth": growth, "robots": robots, "work": work, "solvers": solvers}
+MACHINE = "machine.txt"
+"""Rounds, and the machine of the last measurement."""
 WIDTH = 120
 NEEDED = ("exudyn", "mujoco", "pinocchio", "kvxopt")
 INTRODUCTION = """\
@@ -37,11 +39,17 @@ def write(output: Path, only: Iterable[str] | None, effort: Effort) -> None:
     missing = [name for name in NEEDED if chosen and find_spec(name) is None]
     if missing:
         raise SigmafmuError(f"the benchmark needs {', '.join(missing)}; `make bench` installs what it needs")
+    folder = output.with_suffix("")
+    files = [folder / section.FILE for name, section in SECTIONS.items() if name not in chosen]
+    if absent := [str(path) for path in files if not path.exists()]:
+        raise SigmafmuError(f"there is no {', no '.join(absent)}; measure these sections first")
     if chosen:
         runs.start_exudyn()
-    folder = output.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    parts = [INTRODUCTION.format(folder=folder.name, rounds=effort.rounds, machine=machine())]
+    if chosen:
+        (folder / MACHINE).write_text(f"{effort.rounds}\n{machine()}\n", encoding="utf-8")
+    rounds, measured_on = (folder / MACHINE).read_text(encoding="utf-8").splitlines()
+    parts = [INTRODUCTION.format(folder=folder.name, rounds=rounds, machine=measured_on)]
     for name, section in SECTIONS.items():
         if name in chosen:
             rows = section.measure(effort)
@@ -53,11 +61,8 @@ def write(output: Path, only: Iterable[str] | None, effort: Effort) -> None:
 
 def _read(path: Path) -> list[dict[str, Any]]:
     """Rows of a CSV file; numbers as such, empty cells left out."""
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except FileNotFoundError as error:
-        raise SigmafmuError(f"there is no {path}; measure this section first") from error
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
     return [{key: _number(text) for key, text in row.items() if text} for row in rows]
 
 
