@@ -1,6 +1,6 @@
 """A step of every mechanism in every formulation, beside Exudyn and the limit kernels."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -69,8 +69,13 @@ CASES = (
     Case("SpinUpBeam", 5e-3, 5.0, alone=True),
 )
 QUICK = ("HeavyTop", "SliderCrank", "PlanarFourBar", "RevoluteArm7", "Chain10")
+EXUDYN_MODELS = ("HeavyTop", "HighSpeedRotor", "SliderCrank")
+"""Built by research.reference.exudyn_models; Exudyn gets the others from our definition."""
 SPARSE_FROM = 5
 """Bodies from which on Exudyn's sparse solver is tried as well."""
+
+Candidates = dict[tuple[str, str, float], Callable[[], runs.Run]]
+"""By code, formulation or kind of Newton's method, and σ."""
 
 
 def measure(effort: Effort) -> list[dict[str, Any]]:
@@ -78,46 +83,52 @@ def measure(effort: Effort) -> list[dict[str, Any]]:
     return [row for case in CASES if not effort.quick or case.name in QUICK for row in _measure(case, effort)]
 
 
-def _measure(case: Case, effort: Effort) -> Iterable[dict[str, Any]]:
-    effort.tell(case.name)
+def _exudyn(case: Case) -> Candidates:
+    own = case.name in EXUDYN_MODELS
+    model = case.name if own else (case.regular or case.mechanism)().multibody
+    bodies = len(case.mechanism().multibody.bodies)
+    result: Candidates = {}
+    for modified in (False, True):
+        for sparse in (False, True) if bodies >= SPARSE_FROM else (False,):
+            what = f"{'modified' if modified else 'full'} Newton{', sparse' if sparse else ''}"
+            settings = {"rho_inf": case.rho_inf, "modified": modified, "sparse": sparse}
+            result["Exudyn", what, np.nan] = partial(
+                runs.exudyn, model, case.step_size, case.steps, np.array(case.point), **settings
+            )
+    return result
+
+
+def _ours(case: Case) -> Candidates:
     h, steps, point = case.step_size, case.steps, np.array(case.point)
-    candidates: dict[tuple[str, str, float], Callable[[], runs.Run]] = {}
-    if not case.alone:
-        own = case.name in ("HeavyTop", "HighSpeedRotor", "SliderCrank")
-        model = case.name if own else (case.regular or case.mechanism)().multibody
-        bodies = len(case.mechanism().multibody.bodies)
-        for modified in (False, True):
-            for sparse in (False, True) if bodies >= SPARSE_FROM else (False,):
-                what = f"{'modified' if modified else 'full'} Newton{', sparse' if sparse else ''}"
-                settings = {"rho_inf": case.rho_inf, "modified": modified, "sparse": sparse}
-                candidates["Exudyn", what, np.nan] = partial(runs.exudyn, model, h, steps, point, **settings)
     variants = [(formulation, 1.0) for formulation in reversed(runs.FORMULATIONS)]
     if case.sigma != 1.0:
         variants.append(("index3", case.sigma))
     fmu = Fmu.of_model(case.name) if case.output else None
+    result: Candidates = {}
     for formulation, sigma in variants:
         settings = {"spectral_radius": case.rho_inf, "formulation": runs.FORMULATIONS[formulation], "sigma": sigma}
-        candidates["core", formulation, sigma] = lambda settings=settings: runs.core(
+        result["core", formulation, sigma] = lambda settings=settings: runs.core(
             case.mechanism(), h, steps, point, **settings
         )
         if fmu:
             parameters = {"integrator.spectralRadius": case.rho_inf, "integrator.sigma": sigma}
-            candidates["FMU", formulation, sigma] = partial(
-                runs.fmu, fmu, case.output, h, steps, parameters, formulation
-            )
-    found = runs.fastest(candidates, effort.rounds)
+            result["FMU", formulation, sigma] = partial(runs.fmu, fmu, case.output, h, steps, parameters, formulation)
+    return result
+
+
+def _measure(case: Case, effort: Effort) -> Iterator[dict[str, Any]]:
+    effort.tell(case.name)
+    found = runs.fastest({**({} if case.alone else _exudyn(case)), **_ours(case)}, effort.rounds)
     exact = _exact(case)
     peer = min((run.seconds for (code, _, _), run in found.items() if code == "Exudyn"), default=np.nan)
-    limit = limits.seconds_per_step(case.name)
-    if case.name == "Chain10":
-        limit = limits.chains().get(10, (None,))[0]
+    limit = limits.chains().get(10, (None,))[0] if case.name == "Chain10" else limits.seconds_per_step(case.name)
     for (code, what, sigma), run in found.items():
         yield {
             "mechanism": case.name,
             "code": code,
             "what": what,
             "sigma": sigma,
-            "step_size": h,
+            "step_size": case.step_size,
             "stop_time": case.stop_time,
             "rho_inf": case.rho_inf,
             "ns_per_step": 1e9 * run.seconds,
