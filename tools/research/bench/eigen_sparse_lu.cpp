@@ -1,8 +1,8 @@
 // Times Eigen's SparseLU on one matrix: analyzed once, then factorized and solved again and again.
 //
-// Standard input: rows, nonzeros and repeats as 64-bit integers; rows, columns (64-bit integers) and values (doubles)
-// of the entries; the right side. Standard output: the fastest factorization and solution in seconds, on a line, then
-// the solution as doubles.
+// Standard input: size, nonzeros and repeats as 32-bit integers; the matrix in compressed columns, starts and rows as
+// 32-bit integers and values as doubles; the right side. Standard output: the fastest factorization and solution in
+// seconds, on a line, then the solution as doubles.
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <chrono>
@@ -21,28 +21,23 @@ bool read(std::vector<T>& values) {
 }  // namespace
 
 int main() {
-  std::vector<std::int64_t> sizes(3);
+  std::vector<std::int32_t> sizes(3);
   if (!read(sizes)) return 1;
-  const auto n = static_cast<Eigen::Index>(sizes[0]);
-  const auto entries = static_cast<std::size_t>(sizes[1]);
-  std::vector<std::int64_t> rows(entries), columns(entries);
-  std::vector<double> values(entries), right_side(static_cast<std::size_t>(n));
-  if (!read(rows) || !read(columns) || !read(values) || !read(right_side)) return 1;
-  std::vector<Eigen::Triplet<double>> triplets;
-  for (std::size_t k = 0; k < entries; ++k) {
-    triplets.emplace_back(static_cast<int>(rows[k]), static_cast<int>(columns[k]), values[k]);
-  }
-  Eigen::SparseMatrix<double> A(n, n);
-  A.setFromTriplets(triplets.begin(), triplets.end());
+  const int n = sizes[0], nonzeros = sizes[1], repeats = sizes[2];
+  std::vector<std::int32_t> starts(static_cast<std::size_t>(n) + 1), rows(static_cast<std::size_t>(nonzeros));
+  std::vector<double> values(rows.size()), right_side(static_cast<std::size_t>(n));
+  if (!read(starts) || !read(rows) || !read(values) || !read(right_side)) return 1;
+  using Matrix = Eigen::SparseMatrix<double>;
+  const Matrix A = Eigen::Map<const Matrix>(n, n, nonzeros, starts.data(), rows.data(), values.data());
   const Eigen::VectorXd b = Eigen::VectorXd::Map(right_side.data(), n);
 
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> lu;
+  Eigen::SparseLU<Matrix> lu;
   lu.analyzePattern(A);
   using Clock = std::chrono::steady_clock;
   const auto seconds = [](Clock::duration d) { return std::chrono::duration<double>(d).count(); };
   double factorizing = std::numeric_limits<double>::infinity(), solving = factorizing;
   Eigen::VectorXd x;
-  for (std::int64_t k = 0; k < sizes[2]; ++k) {
+  for (int k = 0; k < repeats; ++k) {
     const Clock::time_point t0 = Clock::now();
     lu.factorize(A);
     const Clock::time_point t1 = Clock::now();

@@ -62,7 +62,9 @@ def newton_matrices(mechanism: _core.Mechanism) -> dict[str, Equations]:
     simulation.advance(H, STEPS)
     state = simulation.state
     system = _core.System(multibody)
-    M, C, K, B, Z = system.sparse(state.q, state.v, state.lambda_)
+    shapes = [(system.velocity_size, system.velocity_size)] * 3 + [(system.constraint_size, system.velocity_size)] * 2
+    parts = zip(system.entries(state.q, state.v, state.lambda_), shapes, strict=True)
+    M, C, K, B, Z = (sparse.csc_matrix(entries, shape) for entries, shape in parts)
     S, zero, bodies = M + H * C, sparse.csc_matrix((B.shape[0], B.shape[0])), len(multibody.bodies)
     D = S.multiply(sparse.kron(sparse.eye(bodies), np.ones((6, 6)))).tocsc()
     order = _beside(system, multibody)
@@ -144,12 +146,11 @@ def ours(mechanism: _core.Mechanism, form: _core.Kkt, e: Equations) -> Timed:
 
 def eigen(e: Equations) -> Timed:
     """Eigen's SparseLU: supernodes, column ordering, analyzed once."""
-    entries = e.A.tocoo()
 
     def run(repeats: int) -> tuple[np.ndarray, float]:
-        text = np.array([e.A.shape[0], entries.nnz, repeats], dtype=np.int64).tobytes()
-        text += entries.row.astype(np.int64).tobytes() + entries.col.astype(np.int64).tobytes()
-        text += entries.data.tobytes() + e.b.tobytes()
+        text = np.array([e.A.shape[0], e.A.nnz, repeats], dtype=np.int32).tobytes()
+        text += e.A.indptr.astype(np.int32).tobytes() + e.A.indices.astype(np.int32).tobytes()
+        text += e.A.data.tobytes() + e.b.tobytes()
         found = subprocess.run([EIGEN.resolve()], input=text, capture_output=True, check=True).stdout
         line, _, rest = found.partition(b"\n")
         return np.frombuffer(rest), sum(map(float, line.split()))
