@@ -28,7 +28,11 @@ int main() {
   std::vector<double> values(rows.size()), right_side(static_cast<std::size_t>(n));
   if (!read(starts) || !read(rows) || !read(values) || !read(right_side)) return 1;
   using Matrix = Eigen::SparseMatrix<double>;
-  const Matrix A = Eigen::Map<const Matrix>(n, n, nonzeros, starts.data(), rows.data(), values.data());
+  Matrix A(n, n);
+  A.resizeNonZeros(nonzeros);
+  std::copy(starts.begin(), starts.end(), A.outerIndexPtr());
+  std::copy(rows.begin(), rows.end(), A.innerIndexPtr());
+  std::copy(values.begin(), values.end(), A.valuePtr());
   const Eigen::VectorXd b = Eigen::VectorXd::Map(right_side.data(), n);
 
   Eigen::SparseLU<Matrix> lu;
