@@ -133,9 +133,11 @@ format: $(SETUP) ## bring all sources into that style
 # tools/research, which setup has put on the path of the private environment
 RESEARCH := $(BIN)/python -m research
 
-bench: build ## time an internal step of every mechanism beside Exudyn's
-	@echo "bench: cost of an internal step"
-	@$(RESEARCH) bench
+bench: build ## time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers -> docs/speed.md; QUICK=1: a minute, into build/bench
+	@echo "bench: what steps cost (the first time 0.3 GB of packages, 1 GB in $(VENV))"
+	@$(PIP) install -q --group bench
+	@$(IN_VENV) cmake --build $(BUILD) --target eigen_sparse_lu > build/bench.log || { cat build/bench.log; exit 1; }
+	@$(RESEARCH) bench $(if $(QUICK),--quick --output build/bench/speed.md)
 
 measure: build ## measure orders, errors and energies -> docs/accuracy.md
 	@echo "measure: orders, errors, energies"

@@ -5,6 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from research.mechanisms.linkages import CRANK, DOOR_MASS, REGULAR, bricard, door, four_bar_row, planar_four_bar
+from research.mechanisms.parts import SPHERICAL
 from sigmafmu import _core
 
 from .closed_chains import FIXED, JointPlace, mechanism
@@ -23,21 +25,8 @@ from .helpers import (
     copy,
     simulation,
 )
+from .linkage_motions import bricard_motion, four_bar_motion, four_bar_row_motion
 from .methods import BLIEDF2, RKMK4, SE3, TIGHT
-from .redundant_mechanisms import (
-    CRANK,
-    CYLINDRICAL,
-    DOOR_MASS,
-    REVOLUTE,
-    SPHERICAL,
-    bricard,
-    bricard_motion,
-    door,
-    four_bar_motion,
-    four_bar_row,
-    four_bar_row_motion,
-    planar_four_bar,
-)
 
 MECHANISMS = {  # and how many equations follow from others, joint by joint as many as the plane takes
     "PlanarFourBar": (planar_four_bar, 3),
@@ -132,12 +121,11 @@ def test_index2_drifts_into_contradictions():
 @pytest.mark.parametrize("formulation", [INDEX3, STABILIZED], ids=["index3", "stabilizedIndex2"])
 def test_motion_is_that_of_joints_that_are_not_redundant(name, formulation):
     """A ball and a sleeve in place of two hinges at the coupler, or in place of one of Bricard's, close the same."""
-    kinds = {
-        "PlanarFourBar": (planar_four_bar, (REVOLUTE, SPHERICAL, CYLINDRICAL, REVOLUTE)),
-        "FourBarRow(6)": (lambda *k: four_bar_row(6, *k), (REVOLUTE, SPHERICAL, CYLINDRICAL)),
-        "Bricard": (bricard, (REVOLUTE,) * 5 + (CYLINDRICAL,)),
-    }
-    build, regular = kinds[name]
+    build, regular = {
+        "PlanarFourBar": (planar_four_bar, REGULAR[planar_four_bar]),
+        "FourBarRow(6)": (lambda *k: four_bar_row(6, *k), REGULAR[four_bar_row]),
+        "Bricard": (bricard, REGULAR[bricard]),
+    }[name]
     # The row passes its singular position at 0.71 s, where roundings grow.
     ends = [
         simulation(m, step_size=1e-3, formulation=formulation, **TIGHT).trajectory(0.6, 600)

@@ -10,22 +10,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from research.mechanisms.linkages import CYLINDRICAL, GRAVITY, four_bar_row
+from research.mechanisms.parts import REVOLUTE, SPHERICAL, Z, add_bar, add_body, add_joint
 from sigmafmu import _core
 
 from .helpers import GROUND, INDEX2, INDEX3, MODIFIED, TANGENT_FREE, Rotation, simulation
+from .linkage_motions import four_bar_row_motion, reduced_motion
 from .methods import BLIEDF2, RKMK4
-from .redundant_mechanisms import (
-    CYLINDRICAL,
-    GRAVITY,
-    REVOLUTE,
-    SPHERICAL,
-    Z,
-    add_bar,
-    add_hinge,
-    four_bar_row,
-    four_bar_row_motion,
-    reduced_motion,
-)
 
 PRISMATIC, UNIVERSAL = _core.JointType.prismatic, _core.JointType.universal
 
@@ -116,13 +107,10 @@ def equal_slider_crank(kinds: tuple) -> _core.Mechanism:
     speeds = 0 * pin, LENGTH * SPIN * across, np.array([-2 * LENGTH * SPIN * np.sin(START), 0, 0])
     add_bar(m.multibody, "crank", np.array([pivot, pin]), 1.0, BAR_INERTIA, np.array(speeds[:2]))
     add_bar(m.multibody, "rod", np.array([pin, end]), 1.0, BAR_INERTIA, np.array(speeds[1:]))
-    slider = _core.RigidBody()
-    slider.name, slider.mass, slider.inertia = "slider", SLIDER, np.full(3, 1e-3)
-    slider.initial_position, slider.initial_velocity = end, speeds[2]
-    m.multibody.add(slider)
+    add_body(m.multibody, "slider", SLIDER, np.full(3, 1e-3), end, velocity=speeds[2])
     places = [(GROUND, 0, pivot, Z), (0, 1, pin, Z), (1, 2, end, Z), (GROUND, 2, end, np.array([1.0, 0, 0]))]
     for i, (kind, place) in enumerate(zip(kinds, places, strict=True)):
-        add_hinge(m.multibody, f"joint{i + 1}", kind, *place)
+        add_joint(m.multibody, f"joint{i + 1}", kind, *place)
     return m
 
 

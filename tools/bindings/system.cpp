@@ -22,6 +22,47 @@ using namespace sigmafmu;
 
 namespace {
 
+// Entries of blocks, for systems that are too large for dense matrices; zeros inside of blocks stay.
+struct Entries {
+  std::vector<int> rows, columns;
+  std::vector<double> values;
+
+  template <typename Block>
+  void add(int row, int column, const Block& block) {
+    for (int r = 0; r < block.rows(); ++r) {
+      for (int c = 0; c < block.cols(); ++c) {
+        rows.push_back(row + r);
+        columns.push_back(column + c);
+        values.push_back(block(r, c));
+      }
+    }
+  }
+  nb::tuple tuple() const { return nb::make_tuple(values, nb::make_tuple(rows, columns)); }
+};
+
+nb::tuple entries_of_pairs(const System& system, const VectorXd& values) {
+  const BlockPattern& pattern = system.pattern();
+  Entries entries;
+  for (const auto& pair : pattern.pairs) {
+    if (pair.offset >= values.size()) break;  // M has only the first ones
+    entries.add(pattern.unknowns[pair.row].velocity, pattern.unknowns[pair.column].velocity,
+                pair_block(pattern, pair, values));
+  }
+  return entries.tuple();
+}
+
+nb::tuple entries_of_rows(const System& system, const VectorXd& values) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const BlockPattern& pattern = system.pattern();
+  Entries entries;
+  for (const auto& [constraint, unknown, offset] : pattern.incidences) {
+    entries.add(system.lambda_index(constraint), pattern.unknowns[unknown].velocity,
+                Eigen::Map<const Rows>(values.data() + offset, pattern.constraint_sizes[constraint],
+                                       pattern.unknowns[unknown].size));
+  }
+  return entries.tuple();
+}
+
 // Dense views of one evaluation, for checking every derivative against differences.
 struct PySystem {
   explicit PySystem(const MultibodyDef& d)
@@ -72,6 +113,16 @@ struct PySystem {
     }
     system.linearize(vdot ? *vdot : VectorXd::Zero(system.velocity_size()), lambda, inputs(u), e);
     return nb::make_tuple(dense_pairs(system, e.M), dense_pairs(system, e.C), dense_pairs(system, e.K));
+  }
+  // Of rigid bodies.
+  nb::tuple entries(const VectorXd& q, const VectorXd& v, const VectorXd& lambda) {
+    check(q, v);
+    check_forces(lambda, start.u);
+    system.evaluate(q, v, start, e);
+    system.constraint_rates(start, e);
+    system.linearize(VectorXd::Zero(system.velocity_size()), lambda, start, e);
+    return nb::make_tuple(entries_of_pairs(system, e.M), entries_of_pairs(system, e.C), entries_of_pairs(system, e.K),
+                          entries_of_rows(system, e.B), entries_of_rows(system, e.Z));
   }
   nb::tuple accelerations(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     check(q, v);
@@ -226,6 +277,9 @@ void bind_system(nb::module_& m) {
       .def("explicit_rate", &PySystem::explicit_rate, "q"_a, "v"_a, "W = d(Phi')/dt at fixed q and v")
       .def("linearization", &PySystem::linearization, "q"_a, "v"_a, "lambda_"_a, "u"_a, "vdot"_a = nb::none(),
            "(M, C, K); with flexible bodies K depends on vdot as well.")
+      .def("entries", &PySystem::entries, "q"_a, "v"_a, "lambda_"_a,
+           "(M, C, K, B, Z) of rigid bodies without inputs, each (values, (rows, columns)) as for SciPy's sparse "
+           "arrays.")
       .def_prop_ro("modal_count", [](const PySystem& s) { return s.system.modal_count(); })
       .def(
           "modal_index", [](const PySystem& s, int body) { return s.system.modal_index(body); }, "body"_a,

@@ -20,23 +20,27 @@ def main() -> None:
 app.command(epilog="Example: python -m research study heavy-top --quick --output build/study-quick")(study)
 
 
-@app.command(epilog="Example: python -m research bench --rounds 10 --output docs/speed.md")
+@app.command(epilog="Example: python -m research bench --quick --output build/bench/speed.md")
 def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Some mechanisms, few sizes, one round: a minute.")] = False,
     rounds: Annotated[int, typer.Option(min=1, help="Rounds; each candidate keeps its fastest one.")] = 5,
-    output: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result as Markdown.")] = None,
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/speed.md"),
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SECTION", help="Measure this alone (repeatable), take the rest from its CSV files."),
+    ] = None,
+    redraw: Annotated[bool, typer.Option("--redraw", help="Measure nothing: page and figures from CSV files.")] = False,
 ) -> None:
-    """Time an internal step of every mechanism beside Exudyn's."""
-    from research import bench as benchmark
+    """Time steps beside Exudyn, MuJoCo, Pinocchio, sparse solvers and limit kernels; minutes.
 
-    total = benchmark.runs(rounds)
-    with progress_bar(err, "bench", total, unit="runs") as move_to:
-        done = iter(range(1, total + 1))
-        results = benchmark.run(rounds, lambda: move_to(next(done)))
-    out.print(benchmark.machine(), soft_wrap=True)
-    for case, candidates in results:
-        out.print(benchmark.table(case, candidates))
-    if output:
-        write_text(output, benchmark.page(results))
+    CSV files and figures go into a folder beside the page. The environment variable SIGMAFMU_LIMITS may name a folder
+    with limit kernels.
+    """
+    from research.bench import Effort
+    from research.bench.page import write
+
+    effort = Effort(quick, 1 if quick else rounds, lambda what: err.print(f"bench: {what}"))
+    write(output, () if redraw else only, effort)
 
 
 @app.command(epilog="Example: python -m research measure --output docs/accuracy.md")
@@ -50,6 +54,18 @@ def measure(
         done = iter(range(1, measurements.runs() + 1))
         text = "".join(measurements.page(lambda: move_to(next(done))))
     write_text(output, text)
+
+
+@app.command(epilog="Example: python -m research mechanisms Chain250 Bricard --output build/mechanisms")
+def mechanisms(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which; without names: all.")] = None,
+    output: Annotated[Path, typer.Option(help="Folder that gets the files.")] = Path("build/mechanisms"),
+) -> None:
+    """Write the mechanisms of tests and benchmarks as JSON files."""
+    from research.mechanisms import WRITTEN, write
+
+    paths = write(tuple(names or WRITTEN), output)
+    out.print(f"{len(paths)} files in {output}")
 
 
 @app.command(epilog="Example: python -m research linear")

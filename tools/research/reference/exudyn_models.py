@@ -18,11 +18,12 @@ import contextlib
 import io
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from research.reference import (
     CRANK,
@@ -40,6 +41,7 @@ from research.reference import (
     add_vector,
     quaternions_from_matrices,
 )
+from sigmafmu import SigmafmuError, _core
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Settings:
     rho_inf: float = 0.9  # generalized-α only
     simplified_kinematics: bool = False
     modified_newton: bool = False
+    sparse: bool = False  # a sparse linear solver
     relative_tolerance: float = 1e-8  # of the Newton residual; Exudyn's default
     absolute_tolerance: float = 1e-10
 
@@ -133,33 +136,64 @@ class Model:
 
     def add_body(self, body: Body, gravity: np.ndarray) -> Any:
         """Add a rigid body, gravity in m/s2 in W; returns Exudyn's number of it."""
+        return self.create_body(
+            body.name,
+            body.mass,
+            np.diag(body.inertia),
+            gravity,
+            position=body.position,
+            rotation=np.array(body.rotation),
+            velocity=body.velocity,
+            angular_velocity=body.angular_velocity,
+        )
+
+    def create_body(
+        self,
+        name: str,
+        mass: float,
+        inertia: np.ndarray,
+        gravity: np.ndarray,
+        *,
+        position: Sequence[float],
+        rotation: np.ndarray,
+        velocity: Sequence[float],
+        angular_velocity: Sequence[float],
+    ) -> Any:
+        """Add a rigid body: matrix of inertia in B, gravity and initial values in W; returns Exudyn's number of it."""
         number = self.mbs.CreateRigidBody(
-            name=body.name,
-            referencePosition=list(body.position),
-            referenceRotationMatrix=np.array(body.rotation),
-            initialVelocity=list(body.velocity),
-            initialAngularVelocity=list(body.angular_velocity),
-            inertia=self.exu.rigidBodyUtilities.RigidBodyInertia(mass=body.mass, inertiaTensor=np.diag(body.inertia)),
+            name=name,
+            referencePosition=list(position),
+            referenceRotationMatrix=rotation,
+            initialVelocity=list(velocity),
+            initialAngularVelocity=list(angular_velocity),
+            inertia=self.exu.rigidBodyUtilities.RigidBodyInertia(mass=mass, inertiaTensor=inertia),
             gravity=list(gravity),
             nodeType=self.rotation_type,
             show=False,
         )
-        self.bodies[body.name] = number
+        self.bodies[name] = number
         return number
 
     def add_ground(self) -> Any:
         """Add the inertial frame W as a body."""
         return self.mbs.AddObject(self.exu.itemInterface.ObjectGround())
 
-    def marker(self, body: Any, point: np.ndarray) -> Any:
-        """Add a marker at a point of a body (m, in B) with the body's axes."""
-        return self.mbs.AddMarker(
-            self.exu.itemInterface.MarkerBodyRigid(bodyNumber=body, localPosition=[float(x) for x in point])
-        )
+    def marker(self, body: Any, point: np.ndarray, axes: np.ndarray | None = None) -> Any:
+        """Add a marker at a point of a body (m, in B) with the body's axes, or these (columns, in B)."""
+        items = self.exu.itemInterface
+        if axes is None:
+            return self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localPosition=[float(x) for x in point]))
+        place = np.eye(4)
+        place[:3, :3], place[:3, 3] = axes, point
+        return self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localHT=place))
 
     def node_marker(self, node: Any) -> Any:
         """Add a marker with the position and the axes of a node."""
         return self.mbs.AddMarker(self.exu.itemInterface.MarkerNodeRigid(nodeNumber=node))
+
+    def hinge(self, first: Any, second: Any) -> Any:
+        """Leave turns about z of two markers free."""
+        return self.mbs.AddObject(self.exu.itemInterface.ObjectJointRevoluteZ(markerNumbers=[first, second]))
 
     def joint(self, first: Any, second: Any, axes: list[int]) -> Any:
         """Constrain translations and rotations of two markers; three rotations free: spherical joint."""
@@ -221,6 +255,56 @@ def slider_crank(model: Model) -> None:
         ("guide.reactionForce", guide, "ForceLocal", -1.0, None),
     ]
     model.derived = slider_crank_coordinates
+
+
+def of_definition(definition: _core.Multibody) -> Callable[[Model], None]:
+    """Builder of rigid bodies on spherical, revolute and cylindrical joints, with our definition's initial values.
+
+    SigmafmuError: it has anything else.
+    """
+
+    def build(model: Model) -> None:
+        q, v = _core.assemble(definition)
+        ground = model.add_ground()
+        for body, pose, rates in zip(definition.bodies, q.reshape(-1, 7), v.reshape(-1, 6), strict=True):
+            R = Rotation.from_quat(pose[3:], scalar_first=True).as_matrix()
+            products = body.inertia_products
+            inertia = np.diag(body.inertia)
+            inertia[np.triu_indices(3, 1)] = inertia.T[np.triu_indices(3, 1)] = products
+            model.create_body(
+                body.name,
+                body.mass,
+                inertia,
+                definition.gravity,
+                position=pose[:3],
+                rotation=R,
+                velocity=rates[:3],
+                angular_velocity=R @ rates[3:],
+            )
+        numbers = [*model.bodies.values()]
+        for joint in definition.joints:
+            ball = joint.type == _core.JointType.spherical
+            markers = [
+                model.marker(
+                    ground if body == _core.GROUND else numbers[body], frame.origin, None if ball else frame.axes
+                )
+                for body, frame in ((joint.body1, joint.frame1), (joint.body2, joint.frame2))
+            ]
+            if joint.type == _core.JointType.revolute:
+                model.hinge(*markers)
+            else:
+                model.joint(*markers, [1, 1, 1, 0, 0, 0] if ball else [1, 1, 0, 1, 1, 0])
+
+    kinds = _core.JointType.spherical, _core.JointType.revolute, _core.JointType.cylindrical
+    others = [joint.name for joint in definition.joints if joint.type not in kinds]
+    others += [force.name for force in (*definition.spring_dampers, *definition.loads)]
+    others += [body.name for body in definition.bodies if body.modal]
+    if others or definition.joint_springs or definition.drives:
+        raise SigmafmuError(
+            f"the mechanism has {', '.join(others) or 'joint springs or drives'}; "
+            "Exudyn gets rigid bodies on spherical, revolute and cylindrical joints alone"
+        )
+    return build
 
 
 def slider_crank_coordinates(history: History) -> None:
@@ -348,6 +432,8 @@ def _simulation_settings(exu: Any, settings: Settings, stop_time: float, steps: 
     simulation.solution.sensors.active = sample_step is not None
     if sample_step:
         simulation.solution.sensors.writePeriod = sample_step
+    if settings.sparse:
+        simulation.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     integration = simulation.timeIntegration
     integration.endTime = stop_time
     integration.numberOfSteps = steps
