@@ -56,6 +56,14 @@ std::string describe_obstacle(const MultibodyDef& definition, const System& syst
   return describe_singularity(definition, system, reachable);
 }
 
+// Whether a motion goes through a singular position q with velocities v: then joints allow accelerations there. Where
+// motions branch they do so for velocities of the branches alone, and at rest nothing tells which one to take.
+bool leads_through(const System& system, ConsistentSolver& solver, const Inputs& u, const VectorXd& q,
+                   const VectorXd& v) {
+  VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
+  return v.lpNorm<Eigen::Infinity>() > 0 && solver.accelerations(q, v, u, vdot, lambda);
+}
+
 // All initial values give way.
 void assemble_freely(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
                      VectorXd& v) {
@@ -68,11 +76,11 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
-  if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) {
-    throw std::runtime_error(text);
-  }
   require_agreeing_axes(definition, system, q);
-  if (!solver.project_velocities(q, u, v)) throw std::runtime_error(describe_singularity(definition, system, q));
+  const std::string singular = describe_singular_position(definition, system, q);
+  const bool possible = solver.project_velocities(q, u, v);
+  if (!singular.empty() && !(possible && leads_through(system, solver, u, q, v))) throw std::runtime_error(singular);
+  if (!possible) throw std::runtime_error(describe_singularity(definition, system, q));
 }
 
 // A joint's or body's present value.
