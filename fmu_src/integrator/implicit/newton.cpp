@@ -13,7 +13,8 @@ NewtonMethod::NewtonMethod(const Problem& problem, bool exact)
       modified_(problem.settings.is(Newton::modified)),
       full_(problem.settings.is(Jacobian::full)),
       fraction_(exact && full_ && !modified_ ? 1.0 : 0.01),
-      matrix_(problem.system, static_cast<Formulation>(problem.settings.formulation), problem.plans),
+      matrix_(problem.system, static_cast<Formulation>(problem.settings.formulation), problem.plans,
+              kLeastScale * problem.settings.step_size * problem.settings.step_size),
       tangents_(problem.system.body_count()),
       factorization_(matrix_.make_factorization()),
       evaluation_(problem.system.make_evaluation()) {
