@@ -136,6 +136,25 @@ def four_bar_row(count: int, kinds: tuple = (REVOLUTE,) * 3) -> _core.Mechanism:
     return m
 
 
+def flat_row(count: int, speeds: np.ndarray) -> _core.Mechanism:
+    """The same row at the start in one line along x, each crank with a speed of its tip upwards [m/s]."""
+    m = _core.Mechanism()
+    m.name = "FlatRow"
+    m.multibody.gravity = GRAVITY
+    inertia = np.array([1e-4, 1 / 12, 1 / 12])
+    points, up = np.array([[float(i), 0, 0] for i in range(count + 3)]), speeds[:, None] * np.array([0, 1.0, 0])
+    for i in range(count + 1):
+        add_bar(m.multibody, f"crank{i + 1}", points[i : i + 2], 1.0, inertia, np.array([0 * up[i], up[i]]))
+    for i in range(count):
+        add_bar(m.multibody, f"coupler{i + 1}", points[i + 1 : i + 3], 1.0, inertia, up[i : i + 2])
+    for i in range(count + 1):
+        add_hinge(m.multibody, f"pivot{i + 1}", REVOLUTE, GROUND, i, points[i])
+    for i in range(count):
+        add_hinge(m.multibody, f"left{i + 1}", REVOLUTE, i, count + 1 + i, points[i + 1])
+        add_hinge(m.multibody, f"right{i + 1}", REVOLUTE, count + 1 + i, i + 1, points[i + 2])
+    return m
+
+
 # --- Bricard's -------------------------------------------------------------------------------------------------------
 
 BRICARD_POINTS = np.array([(0, 0, 0), (1, 0, 0), (1, -1, 0), (1, -1, 1), (0, -1, 1), (0, 0, 1)], dtype=float)
@@ -243,7 +262,9 @@ def four_bar_motion(times: np.ndarray) -> np.ndarray:
     )
 
 
-def four_bar_row_motion(count: int, times: np.ndarray) -> np.ndarray:
+def four_bar_row_motion(
+    count: int, times: np.ndarray, start: tuple[float, float] = (np.pi / 2, -1.0)
+) -> np.ndarray:
     """Angle of all cranks from the x axis: couplers stay level, all in one straight line as well."""
     cranks, couplers, g = count + 1, count, -GRAVITY[1]
     mass = cranks / 3 + couplers
@@ -251,7 +272,7 @@ def four_bar_row_motion(count: int, times: np.ndarray) -> np.ndarray:
         lambda _: mass,
         lambda _: 0.0,
         lambda theta: g * (cranks / 2 + couplers) * np.cos(theta),
-        (np.pi / 2, -1.0),
+        start,
         times,
     )
 

@@ -469,6 +469,15 @@ std::string describe_dependence(const MultibodyDef& definition, const System& sy
          (singular_at(system, q, f) ? " in this position alone" : "") + "; the reactions of these joints are one choice of many that fit the motion.";
 }
 
+std::string describe_rigidity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  const Freedom f = freedom(system, q);
+  if (f.degrees() > 0) return "";
+  std::vector<int> joints(system.constraint_count());
+  std::iota(joints.begin(), joints.end(), 0);
+  return "The mechanism cannot move, but its bodies have initial velocities: joints " + list(definition, joints) +
+         " hold all of them; degrees of freedom: " + summary(f) + ".";
+}
+
 std::string describe_nearness(const System& system, const VectorXd& q) {
   constexpr double kNear = 1e-3;
   const Freedom f = freedom(system, q);
