@@ -15,7 +15,7 @@ namespace {
 
 using Kind = InitialValue::Kind;
 
-constexpr double kNothingLeft = 1e-9;  // of the velocities that were given
+constexpr double kAtRest = 1e-9;  // velocities that nobody meant [m/s], [rad/s]
 
 void read_initial_values(const MultibodyDef& definition, const System& system, VectorXd& q, VectorXd& v) {
   for (int i = 0; i < system.body_count(); ++i) {
@@ -80,11 +80,11 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
   }
   require_agreeing_axes(definition, system, q);
   const std::string singular = describe_singular_position(definition, system, q);
-  const VectorXd v0 = v;
+  const bool moves = v.lpNorm<Eigen::Infinity>() > kAtRest;
   const bool possible = solver.project_velocities(q, u, v);
   if (!singular.empty() && !(possible && leads_through(system, solver, u, q, v))) throw std::runtime_error(singular);
   if (!possible) throw std::runtime_error(describe_singularity(definition, system, q));
-  if (system.drive_count() == 0 && v.lpNorm<Eigen::Infinity>() < kNothingLeft * v0.lpNorm<Eigen::Infinity>()) {
+  if (moves && system.drive_count() == 0) {
     const std::string rigid = describe_rigidity(definition, system, q);
     if (!rigid.empty()) throw std::runtime_error(rigid);
   }

@@ -33,7 +33,10 @@ bool DeterminedMotion::positions(const VectorXd& x, VectorXd& q) {
 
 bool DeterminedMotion::velocities(const VectorXd& q, const VectorXd& rates, VectorXd& v) {
   u_.xdot.tail(rates.size()) = rates;
-  return solver_.project_velocities(q, u_, v);
+  for (int repeat = 0; repeat < 2; ++repeat) {  // in long chains the equations cost digits
+    if (!solver_.project_velocities(q, u_, v)) return false;
+  }
+  return true;
 }
 
 }  // namespace sigmafmu
