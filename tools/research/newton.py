@@ -1,6 +1,6 @@
 """Full and modified Newton's method by the number of bodies. `python -m research.newton`.
 
-Time of a step, the fastest of three, at tolerances that give both the same error; chains and random trees of revolute or
+Time of a step, the fastest of ten rounds in turn, at tolerances that give both the same error; chains and random trees of revolute or
 ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or that of the mechanism.
 """
 
@@ -13,6 +13,7 @@ from research.scale import mechanism
 from sigmafmu import _core
 
 FULL, MODIFIED = 1, 2
+ROUNDS = 10
 SIZES = (3, 10, 30, 100, 300)
 MOST_IN_LOOPS = 100  # bodies: which equations depend on others is found by dense linear algebra
 REVOLUTE, SPHERICAL = _core.JointType.revolute, _core.JointType.spherical
@@ -67,29 +68,34 @@ FAMILIES: dict[str, Callable[[int], _core.Mechanism]] = {
 }
 
 
-def measure(m: _core.Mechanism, newton: int) -> tuple[float, float, np.ndarray]:
-    """(seconds per step, iterations per step, q at the end)."""
-    m.integrator.newton = newton
-    h, bodies = m.integrator.step_size, len(m.multibody.bodies)
-    simulation = _core.Simulation(m)
-    simulation.advance(h, 20)
-    steps = max(10, 1000 // bodies)
-    times = []
-    for _ in range(3):
+class Run:
+    """A mechanism on its way, of which some steps are timed now and then."""
+
+    def __init__(self, m: _core.Mechanism, newton: int) -> None:
+        m.integrator.newton = newton
+        self.h, self.steps = m.integrator.step_size, max(10, 1000 // len(m.multibody.bodies))
+        self.simulation = _core.Simulation(m)
+        self.simulation.advance(self.h, 20)
+        self.seconds = np.inf
+        """Of a step, in the fastest round."""
+
+    def round(self) -> None:
         start = perf_counter()
-        simulation.advance(h, steps)
-        times.append((perf_counter() - start) / steps)
-    counters = simulation.state.counters
-    return min(times), counters.newton_iterations / counters.steps, simulation.state.q
+        self.simulation.advance(self.h, self.steps)
+        self.seconds = min(self.seconds, (perf_counter() - start) / self.steps)
 
 
 def line(name: str, m: _core.Mechanism) -> str:
-    """Both methods side by side."""
-    (full, _, q), (modified, iterations, other) = (measure(m, newton) for newton in (FULL, MODIFIED))
-    distance = np.abs(q - other).max()
+    """Both methods in turn."""
+    full, modified = (Run(m, newton) for newton in (FULL, MODIFIED))
+    for _ in range(ROUNDS):
+        full.round()
+        modified.round()
+    counters = modified.simulation.state.counters
+    distance = np.abs(full.simulation.state.q - modified.simulation.state.q).max()
     return (
-        f"{name:20} {len(m.multibody.bodies):6} {1e6 * full:10.1f} {1e6 * modified:10.1f} {full / modified:8.2f} "
-        f"{iterations:11.1f} {distance:11.0e}"
+        f"{name:20} {len(m.multibody.bodies):6} {1e6 * full.seconds:10.1f} {1e6 * modified.seconds:10.1f} "
+        f"{full.seconds / modified.seconds:8.2f} {counters.newton_iterations / counters.steps:11.1f} {distance:11.0e}"
     )
 
 
