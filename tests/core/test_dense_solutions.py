@@ -142,7 +142,7 @@ def newton(rng, definition, q, formulation, own):
 
 def check_newton(found, expected, scale):
     """Multipliers are unknown as `scale` times their increment."""
-    size = max(np.abs(expected[0]).max(), scale * np.abs(expected[1]).max(initial=0.0), np.abs(expected[2]).max(initial=0))
+    size = max(np.abs(x).max(initial=0.0) for x in (expected[0], scale * expected[1], expected[2]))
     assert_close(found[0], expected[0], DENSE, size)
     assert_close(scale * found[1], scale * expected[1], DENSE, size)
     assert_close(found[2], expected[2], DENSE, size)

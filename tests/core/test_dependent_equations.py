@@ -141,8 +141,8 @@ def test_too_small_an_inertia_is_called_that():
     body.initial_position = turn.apply(body.initial_position)
     body.initial_quaternion = turn.as_quat(scalar_first=True)
     assert re.fullmatch(
-        r"The mass or inertia of body top is too small for this mechanism: 15 kg and at least 1e-15 kg\.m2, where joints "
-        r"act at up to [\d.]* m and the heaviest body has 15 kg; digits to tell them apart are missing\.",
+        r"The mass or inertia of body top is too small for this mechanism: 15 kg and at least 1e-15 kg\.m2, where "
+        r"joints act at up to [\d.]* m and the heaviest body has 15 kg; digits to tell them apart are missing\.",
         refusal(top),
     )
 

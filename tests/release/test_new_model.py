@@ -146,7 +146,7 @@ Mechanism Cloud() {
   Mechanism m;
   m.name = "Cloud";
   m.description = "Free bodies";
-  m.expose = {"*"};
+  m.expose = ExposureDef{{"*"}, {"*"}, {"*"}};
   for (int i = 0; i < BODIES; ++i) {
     RigidBodyDef body;
     body.name = "body" + std::to_string(i + 1);

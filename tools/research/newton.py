@@ -1,7 +1,7 @@
 """Full and modified Newton's method by the number of bodies. `python -m research.newton`.
 
-Time of a step, the fastest of ten rounds in turn, at tolerances that give both the same error; chains and random trees of revolute or
-ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or that of the mechanism.
+Time of a step, the fastest of ten rounds in turn, at tolerances that give both the same error; chains and random trees
+of revolute or ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or the mechanism's.
 """
 
 from collections.abc import Callable
@@ -80,6 +80,7 @@ class Run:
         """Of a step, in the fastest round."""
 
     def round(self) -> None:
+        """Some steps more."""
         start = perf_counter()
         self.simulation.advance(self.h, self.steps)
         self.seconds = min(self.seconds, (perf_counter() - start) / self.steps)

@@ -1,7 +1,7 @@
-"""Mechanisms at the edge of what double precision holds, against independent solutions. `python -m research.robustness`.
+"""Mechanisms at the edge of double precision, against independent solutions. `python -m research.robustness`.
 
-Two links in a plane, with masses, lengths, thicknesses and places of any order of magnitude, against their two angles by
-SciPy's DOP853; and a top in steady precession, in closed form.
+Two links in a plane, with masses, lengths, thicknesses and places of any order of magnitude, against their two angles
+by SciPy's DOP853; and a top in steady precession, in closed form.
 """
 
 from dataclasses import dataclass

@@ -466,7 +466,8 @@ std::string describe_dependence(const MultibodyDef& definition, const System& sy
   const Freedom f = freedom(system, q);
   if (f.groups.empty()) return "";
   return "Joint equations are dependent: " + dependences(definition, f) +
-         (singular_at(system, q, f) ? " in this position alone" : "") + "; the reactions of these joints are one choice of many that fit the motion.";
+         (singular_at(system, q, f) ? " in this position alone" : "") +
+         "; the reactions of these joints are one choice of many that fit the motion.";
 }
 
 std::string describe_rigidity(const MultibodyDef& definition, const System& system, const VectorXd& q) {

@@ -66,8 +66,8 @@ class HeldProjection {
   const System& system_;
   Inputs u_, rest_;  // at the start, and with drives at rest
   Evaluation e_;
-  std::vector<int> free_[kLevels];  // velocities that may change, or whose positions may
-  MatrixXd A_, M_;                  // equations (joints, then coordinates) by velocities; mass
+  std::vector<int> free_[kLevels];                // velocities that may change, or whose positions may
+  MatrixXd A_, M_;                                // equations (joints, then coordinates) by velocities; mass
   std::unique_ptr<DeterminedMotion> determined_;  // of the coordinates that were asked for last
 };
 
