@@ -63,7 +63,7 @@ std::string describe_obstacle(const MultibodyDef& definition, const System& syst
 bool leads_through(const System& system, ConsistentSolver& solver, const Inputs& u, const VectorXd& q,
                    const VectorXd& v) {
   VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
-  return v.lpNorm<Eigen::Infinity>() > 0 && solver.accelerations(q, v, u, vdot, lambda);
+  return v.lpNorm<Eigen::Infinity>() > kAtRest && solver.accelerations(q, v, u, vdot, lambda);
 }
 
 // All initial values give way.

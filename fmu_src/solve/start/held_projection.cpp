@@ -224,9 +224,12 @@ bool HeldProjection::reach(const Coordinates& coordinates, double s, VectorXd& q
     const auto& [c, from, to] = coordinates[static_cast<std::size_t>(i)];
     x[i] = s < 1 ? from + s * (to - from) : to;
   }
-  if (!motion->positions(x, found)) return false;
+  const auto good = [&] {
+    return gaps(found, coordinates, s).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + found.lpNorm<Eigen::Infinity>());
+  };
+  if (!motion->positions(x, found) || !good()) return false;
   q = found;
-  return gaps(q, coordinates, s).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + q.lpNorm<Eigen::Infinity>());
+  return true;
 }
 
 // Newton's method. False when it comes to a halt elsewhere.
@@ -395,22 +398,22 @@ void HeldProjection::positions(VectorXd& q) {
 bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorXd& v) {
   impose(v);
   if (system_.constraint_size() + rates.size() == 0) return true;
-  const auto good = [&] {
-    return gaps_of_rates(q, v, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
+  const auto good = [&](const VectorXd& w) {
+    return gaps_of_rates(q, w, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + w.lpNorm<Eigen::Infinity>());
   };
   if (DeterminedMotion* motion = determined(rates)) {
     VectorXd x(static_cast<Eigen::Index>(rates.size())), found = v;
     for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = rates[static_cast<std::size_t>(i)].to;
-    if (motion->velocities(q, x, found)) {
+    if (motion->velocities(q, x, found) && good(found)) {
       v = found;
-      if (good()) return true;
+      return true;
     }
   }
   linearize(q, rates);
   for (int repeat = 0; repeat < 2; ++repeat)
     v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
   impose(v);
-  return good();
+  return good(v);
 }
 
 void HeldProjection::velocities(const VectorXd& q0, const VectorXd& q, VectorXd& v) {
