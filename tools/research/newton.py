@@ -1,11 +1,11 @@
 """Full and modified Newton's method by the number of bodies. `python -m research.newton`.
 
-Time of a step, the fastest of ten rounds in turn, at tolerances that give both the same error; chains and random trees
+Processor time of a step, the least of ten rounds in turn, at tolerances that give both the same error; chains and random trees
 of revolute or ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or the mechanism's.
 """
 
 from collections.abc import Callable
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -81,9 +81,9 @@ class Run:
 
     def round(self) -> None:
         """Some steps more."""
-        start = perf_counter()
+        start = process_time()
         self.simulation.advance(self.h, self.steps)
-        self.seconds = min(self.seconds, (perf_counter() - start) / self.steps)
+        self.seconds = min(self.seconds, (process_time() - start) / self.steps)
 
 
 def line(name: str, m: _core.Mechanism) -> str:
