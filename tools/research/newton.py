@@ -1,7 +1,8 @@
 """Full and modified Newton's method by the number of bodies. `python -m research.newton`.
 
-Processor time of a step, the least of ten rounds in turn, at tolerances that give both the same error; chains and random trees
-of revolute or ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or the mechanism's.
+Processor time of a step, the least of ten rounds in turn, at tolerances that give both the same error; chains and
+random trees of revolute or ball joints, rows of four-bars, the benchmark mechanisms; default settings, h = 1 ms or the
+mechanism's.
 """
 
 from collections.abc import Callable
