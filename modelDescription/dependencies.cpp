@@ -27,6 +27,7 @@ struct Comparable {
 
 std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   constexpr int kPoints = 3;
+  constexpr double kMostPairs = 1e6;     // of an input and an output: seconds, and megabytes of lists
   constexpr double kSignificant = 1e-9;  // against the largest derivative of its kind; rounding leaves 1e-13
   // The same points in every build: the C++ standard fixes the sequence.
   std::mt19937 generator(1);  // NOLINT(bugprone-random-generator-seed)
@@ -57,6 +58,7 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
     if (variables[i].input >= 0) inputs.push_back(i);
     if (variables[i].output && !variables[i].integer) outputs.push_back(i);
   }
+  if (static_cast<double>(inputs.size()) * static_cast<double>(outputs.size()) > kMostPairs) return {};
   slave.enter_initialization();
   slave.exit_initialization();
 

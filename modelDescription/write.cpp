@@ -148,13 +148,15 @@ void write_structure(XMLElement* root, const std::vector<Port>& variables, const
   XMLElement* initial = structure->InsertNewChildElement("InitialUnknowns");
   for (std::size_t i = 0; i < variables.size(); ++i) {
     if (variables[i].causality != Causality::output) continue;
-    std::string list;
-    for (std::size_t j = 0; j < variables.size(); ++j) {
-      if (depends[i][j]) list += (list.empty() ? "" : " ") + std::to_string(j + 1);
-    }
     XMLElement* output = outputs->InsertNewChildElement("Unknown");
     output->SetAttribute("index", static_cast<unsigned>(i + 1));
-    set(output, "dependencies", list);
+    if (!depends.empty()) {  // without a list an output may depend on all inputs
+      std::string list;
+      for (std::size_t j = 0; j < variables.size(); ++j) {
+        if (depends[i][j]) list += (list.empty() ? "" : " ") + std::to_string(j + 1);
+      }
+      set(output, "dependencies", list);
+    }
     // No list here: after projection and consistent accelerations an initial value depends on all parameters.
     initial->InsertNewChildElement("Unknown")->SetAttribute("index", static_cast<unsigned>(i + 1));
   }

@@ -34,18 +34,23 @@ void subtract_product(int m, int k, int n, const double* A, const double* B, dou
 }
 
 // Column k of the LU factorization below. N = n as a constant, or 0.
+//
+// A pivot vanishes if it is rounding of its own column, whose size the column of U keeps: multipliers of light bodies
+// and of heavy ones, forces and motions may differ by any factor in a block.
 template <int N>
-inline bool eliminate(int n, int k, double tiny, double* A, int* pivots) {
+inline bool eliminate(int n, int k, double* A, int* pivots) {
   if constexpr (N > 0) n = N;
+  const double rounding = 16 * n * std::numeric_limits<double>::epsilon();
   double* row_k = A + k * n;
   int p = k;
-  double largest = std::abs(row_k[k]);
+  double largest = std::abs(row_k[k]), above = 0;
+  for (int i = 0; i < k; ++i) above = std::max(above, std::abs(A[i * n + k]));
   for (int i = k + 1; i < n; ++i) {
     const double x = std::abs(A[i * n + k]);
     if (x > largest) largest = x, p = i;
   }
   pivots[k] = p;
-  if (!(largest > tiny)) return false;  // also catches NaN
+  if (!(largest > rounding * std::max(above, largest))) return false;  // also catches NaN and infinity
   if (p != k) {
     for (int j = 0; j < n; ++j) std::swap(row_k[j], A[p * n + j]);
   }
@@ -62,8 +67,8 @@ inline bool eliminate(int n, int k, double tiny, double* A, int* pivots) {
 }
 
 template <int N, int... K>
-inline bool eliminate_all(double tiny, double* A, int* pivots, std::integer_sequence<int, K...>) {
-  return (... && eliminate<N>(N, K, tiny, A, pivots));  // constant k: every loop is unrolled
+inline bool eliminate_all(double* A, int* pivots, std::integer_sequence<int, K...>) {
+  return (... && eliminate<N>(N, K, A, pivots));  // constant k: every loop is unrolled
 }
 
 // LU of an n x n block in place with row pivoting: unit lower L, the diagonal of U stored inverted. False when a pivot
@@ -71,15 +76,11 @@ inline bool eliminate_all(double tiny, double* A, int* pivots, std::integer_sequ
 template <int N>
 bool factorize(int n, double* A, int* pivots) {
   if constexpr (N > 0) n = N;
-  double largest = 0;
-  for (int i = 0; i < n * n; ++i) largest = std::max(largest, std::abs(A[i]));
-  const double tiny = 16 * n * std::numeric_limits<double>::epsilon() * largest;
-  if (!std::isfinite(largest)) return false;
   if constexpr (N > 0) {
-    return eliminate_all<N>(tiny, A, pivots, std::make_integer_sequence<int, N>());
+    return eliminate_all<N>(A, pivots, std::make_integer_sequence<int, N>());
   } else {
     for (int k = 0; k < n; ++k) {
-      if (!eliminate<0>(n, k, tiny, A, pivots)) return false;
+      if (!eliminate<0>(n, k, A, pivots)) return false;
     }
     return true;
   }

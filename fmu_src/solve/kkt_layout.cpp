@@ -14,6 +14,24 @@ Lists bodies_of_constraints(const BlockPattern& pattern) {
   return bodies;
 }
 
+// The unknowns that each constraint acts on.
+Lists unknowns_of_constraints(const BlockPattern& pattern) {
+  Lists unknowns(pattern.constraint_count());
+  for (const auto& i : pattern.incidences) unknowns[i.constraint].push_back(i.unknown);
+  return unknowns;
+}
+
+// The modes of each body, and of the ground, if any constraint acts on them.
+Lists modes_in_joints(const BlockPattern& pattern) {
+  Lists modes(pattern.bodies + 1);
+  for (const auto& i : pattern.incidences) {
+    if (pattern.unknowns[i.unknown].pose) continue;
+    std::vector<int>& of_body = modes[pattern.unknowns[i.unknown].body];
+    if (of_body.empty()) of_body.push_back(i.unknown);
+  }
+  return modes;
+}
+
 // Bodies that each constraint follows at least, so that its equations are regular when all bodies that are left stand
 // still.
 //
@@ -21,7 +39,10 @@ Lists bodies_of_constraints(const BlockPattern& pattern) {
 // closes a way along the tree from one of its bodies to the other. The bodies of this way, but for the one next to the
 // root, move against each other as freely as in the mechanism, whatever stands still besides: the joint follows these.
 // For a joint of the tree it is the child alone. A constraint of more bodies follows the ways from its first to each.
-Lists bodies_on_ways(const BlockPattern& pattern) {
+//
+// Modes that joints act on move as freely, those of the body next to the root as well: a loop follows them, too, since
+// it may be they alone that let it close.
+Lists unknowns_on_ways(const BlockPattern& pattern) {
   const int bodies = pattern.bodies, ground = bodies;
   Lists ends = bodies_of_constraints(pattern), beside(bodies + 1);
   for (auto& of_constraint : ends) {
@@ -47,16 +68,29 @@ Lists bodies_on_ways(const BlockPattern& pattern) {
     }
   }
 
+  const Lists modes = modes_in_joints(pattern);
+  std::vector<bool> hangs(bodies, false);  // on its parent, by a joint before
   Lists before;
   for (const auto& of_constraint : ends) {
     before.emplace_back();
+    std::vector<int>& way = before.back();
+    std::vector<int> nearest_to_root;
     for (std::size_t k = 1; k < of_constraint.size(); ++k) {
-      for (int a = of_constraint[0], b = of_constraint[k]; a != b;) {
+      int a = of_constraint[0], b = of_constraint[k];
+      while (a != b) {
         int& lower = depth[a] > depth[b] ? a : b;
-        before.back().push_back(lower);
+        way.push_back(lower);
         lower = parent[lower];
       }
+      nearest_to_root.push_back(a);
     }
+    if (way.size() == 1 && !hangs[way[0]]) {
+      hangs[way[0]] = true;
+      continue;
+    }
+    std::vector<int> closed = way;
+    closed.insert(closed.end(), nearest_to_root.begin(), nearest_to_root.end());
+    for (int body : closed) way.insert(way.end(), modes[body].begin(), modes[body].end());
   }
   return before;
 }
@@ -94,7 +128,7 @@ BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
   }
   // Both bodies of a joint before it cost more, but that keeps apart what light bodies say and what heavy ones say: the
   // index-1 form is to be solved to the last digits.
-  const Lists before = form == Kkt::index1 ? bodies_of_constraints(pattern) : bodies_on_ways(pattern);
+  const Lists before = form == Kkt::index1 ? unknowns_of_constraints(pattern) : unknowns_on_ways(pattern);
   for (std::size_t c = 0; c < before.size(); ++c) graph.after[pattern.constraint_node(static_cast<int>(c))] = before[c];
   return BlockLU(graph, assigned, elimination_order(graph));
 }

@@ -49,9 +49,10 @@ void write_product(const Matrix& D, int m, const double* A, int columns, double*
 
 }  // namespace
 
-NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPlans plans)
+NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPlans plans, double least_scale)
     : system_(system),
       formulation_(system.constraint_size() > 0 ? formulation : Formulation::index3),
+      least_scale_(least_scale),
       lu_(plans.get(system.pattern(), stabilized() ? Kkt::stabilized : Kkt::newton)) {
   const BlockPattern& pattern = system.pattern();
   for (int c = 0; c < pattern.constraint_count(); ++c) {
@@ -133,15 +134,17 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
-  if (soft()) add_compliance(f);
+  if (soft()) add_compliance(step, f);
   return lu_->factorize(f);
 }
 
-void NewtonMatrix::add_compliance(Factorization& f) const {
+void NewtonMatrix::add_compliance(const StepScales& step, Factorization& f) const {
+  const double factor = softening(step);
   for (const SoftEquation& soft : soft_) {
-    f.values[soft.diagonal] -= soft.force;
+    const double e = factor * soft.force;
+    f.values[soft.diagonal] -= e;
     if (!stabilized()) continue;
-    f.values[soft.below] += soft.force;
+    f.values[soft.below] += e;
     f.values[soft.diagonal_mu] += soft.motion;
   }
 }
@@ -266,8 +269,9 @@ void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const Step
 
 void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step,
                                   VectorXd& x) const {
+  const double factor = softening(step);
   for (const SoftEquation& soft : soft_) {
-    const double yielding = soft.force * step.scale * lambda[soft.index];
+    const double yielding = factor * soft.force * step.scale * lambda[soft.index];
     x[soft.unknown] += yielding;
     if (stabilized()) x[soft.unknown_mu] -= yielding + soft.motion * mu[soft.index];
   }

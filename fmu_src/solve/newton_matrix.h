@@ -19,6 +19,8 @@
 // second row's column of lambda, d in the third one's of mu, and after the subtraction e in that of lambda.
 #pragma once
 
+#include <algorithm>
+
 #include "model/settings.h"
 #include "multibody/system.h"
 #include "solve/kkt_layout.h"
@@ -46,7 +48,8 @@ struct BodyTangents {
 
 class NewtonMatrix {
  public:
-  NewtonMatrix(const System& system, Formulation formulation, KktPlans plans = {});
+  // `least_scale`: of steps in which constraints do not get stiffer, in place of step.scale where that is smaller [s2].
+  NewtonMatrix(const System& system, Formulation formulation, KktPlans plans = {}, double least_scale = 0);
 
   Factorization make_factorization() const { return lu_->make_factorization(); }
   // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
@@ -76,7 +79,9 @@ class NewtonMatrix {
   void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
                   double* block);
 
-  void add_compliance(Factorization& f) const;
+  void add_compliance(const StepScales& step, Factorization& f) const;
+  // What e is multiplied by.
+  double softening(const StepScales& step) const { return std::max(1.0, least_scale_ / step.scale); }
 
   bool stabilized() const { return formulation_ == Formulation::stabilized_index2; }
   bool pose(const BlockPattern::Incidence& incidence) const {
@@ -109,6 +114,7 @@ class NewtonMatrix {
   };
   const System& system_;
   Formulation formulation_;
+  double least_scale_;
   std::shared_ptr<const BlockLU> lu_;
   std::vector<Equations> equations_;
   std::vector<SoftEquation> soft_;

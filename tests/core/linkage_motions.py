@@ -81,7 +81,7 @@ def four_bar_motion(times: np.ndarray) -> np.ndarray:
     )
 
 
-def four_bar_row_motion(count: int, times: np.ndarray) -> np.ndarray:
+def four_bar_row_motion(count: int, times: np.ndarray, start: tuple[float, float] = (np.pi / 2, -1.0)) -> np.ndarray:
     """Angle of all cranks from the x axis: couplers stay level, all in one straight line as well."""
     cranks, couplers, g = count + 1, count, -GRAVITY[1]
     mass = cranks / 3 + couplers
@@ -89,7 +89,7 @@ def four_bar_row_motion(count: int, times: np.ndarray) -> np.ndarray:
         lambda _: mass,
         lambda _: 0.0,
         lambda theta: g * (cranks / 2 + couplers) * np.cos(theta),
-        (np.pi / 2, -1.0),
+        start,
         times,
     )
 

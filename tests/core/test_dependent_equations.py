@@ -21,7 +21,7 @@ from .closed_chains import (
     mechanism,
     planar_four_bar,
 )
-from .helpers import GROUND, exact, mass_matrix, mp, rounded
+from .helpers import GROUND, Rotation, exact, mass_matrix, mp, rounded
 
 DEPENDENT = {  # what is built, and how many of how many equations follow from others
     "door on hinge and ball": (door, 3, 8),
@@ -125,7 +125,7 @@ def test_a_change_point_is_a_singular_position():
     text = refusal(slider_crank(rng, 0.5, 0.5, np.pi / 2))
     assert re.fullmatch(
         r"The position is singular: 1 of the 17 equations of joints joint1, joint2, joint3 and joint4 follows from the "
-        r"others in it alone; choose a start at some distance from it\.",
+        r"others in it alone; choose a start at some distance from it, or velocities that lead through it\.",
         text,
     )
     _core.Simulation(slider_crank(rng, 0.5, 0.5, np.pi / 2 - 0.05))
@@ -133,12 +133,17 @@ def test_a_change_point_is_a_singular_position():
 
 
 def test_too_small_an_inertia_is_called_that():
-    """A point mass on a joint whose equations are independent."""
+    """A point mass on a joint whose equations are independent; along an axis of W digits would suffice."""
     top = _core.mechanism("HeavyTop")
-    top.multibody.body(0).inertia = np.full(3, 1e-15)
-    assert refusal(top) == (
-        "The mass or inertia of body top is too small for this mechanism: 15 kg and at least 1e-15 kg.m2, where joints "
-        "act at up to 1 m and the heaviest body has 15 kg; digits to tell them apart are missing."
+    turn = Rotation.from_rotvec([0.3, 0.7, -0.2])
+    body = top.multibody.body(0)
+    body.inertia = np.full(3, 1e-15)
+    body.initial_position = turn.apply(body.initial_position)
+    body.initial_quaternion = turn.as_quat(scalar_first=True)
+    assert re.fullmatch(
+        r"The mass or inertia of body top is too small for this mechanism: 15 kg and at least 1e-15 kg\.m2, where "
+        r"joints act at up to [\d.]* m and the heaviest body has 15 kg; digits to tell them apart are missing\.",
+        refusal(top),
     )
 
 
@@ -201,3 +206,59 @@ def test_a_light_link_costs_no_digits(light):
         parts = (expected[: len(v)], expected[len(v) :])
         for value, part in zip(found, parts, strict=True):
             assert np.abs(value - part).max() <= 1e-10 * np.abs(part).max(), seed
+
+
+# --- too many equations ----------------------------------------------------------------------------------------------
+
+
+def tilted(chain: _core.Mechanism, joint: int, angle: float) -> _core.Mechanism:
+    """The same with the axis of one hinge turned in both bodies: it still closes."""
+    m = _core.Mechanism()
+    for body in chain.multibody.bodies:
+        m.multibody.add(body)
+    for k, j in enumerate(chain.multibody.joints):
+        frames = [j.frame1, j.frame2]
+        if k == joint:
+            turn = _core.lie.exp(angle * np.array([0.6, 0.8, 0.0]))  # about an axis of the joint's frames
+            R = Rotation.from_quat(turn, scalar_first=True).as_matrix()
+            frames = [_core.Frame(f.origin, f.axes @ R) for f in frames]
+        m.multibody.add(_core.Joint(j.name, j.type, j.body1, frames[0], j.body2, frames[1]))
+    return m
+
+
+@pytest.mark.parametrize("angle", [0.1, 1e-3, 1e-5])
+def test_a_tilted_hinge_locks_a_four_bar(angle):
+    """Redundant joints that fit move; with an axis out of the plane's normal they fit in that position alone."""
+    chain = tilted(planar_four_bar(np.random.default_rng(1)), 2, angle)
+    found = _core.freedom(chain.multibody)
+    assert (found.degrees, found.equations, found.independent) == (0, 20, 18)
+    _core.Simulation(chain)  # at rest, a frame like any other
+    chain.multibody.body(0).initial_angular_velocity = np.array([0.0, 0, 1.0])
+    assert refusal(chain) == (
+        "The mechanism cannot move, but its bodies have initial velocities: joints joint1, joint2, joint3 and joint4 "
+        "hold all of them; degrees of freedom: 0 (18 velocities, 18 independent joint equations, 2 dependent ones)."
+    )
+
+
+@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-6])
+def test_a_link_of_wrong_length_is_told_from_redundant_joints(gap):
+    """A second hinge on a door, on its axis but at another height of the door than of the wall: that much is missing,
+    however little it is."""
+    rng = np.random.default_rng(6)
+    axis = np.array([0.0, 0, 1])
+    places = [JointPlace(REVOLUTE, GROUND, 0, height * axis, axis) for height in (0.0, 2.0)]
+    fit = mechanism(rng, 1, places).multibody
+    off = _core.Mechanism()
+    off.multibody.add(fit.bodies[0])
+    off.multibody.add(fit.joints[0])
+    second = fit.joints[1]
+    raised = _core.Frame(second.frame1.origin + gap * axis, second.frame1.axes)
+    off.multibody.add(_core.Joint("upper", REVOLUTE, GROUND, raised, 0, second.frame2))
+    text = refusal(off)
+    found = re.fullmatch(
+        r"The mechanism cannot be assembled from its initial positions: joints joint1 and upper cannot be closed "
+        r"together, they miss by (\S+) m\.",
+        text,
+    )
+    assert found, text
+    assert float(found[1]) == pytest.approx(gap, rel=1e-3)

@@ -1,5 +1,7 @@
 """Initial values of mechanisms built in Python: what is set is held, also in chains with many ways to give way."""
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,26 @@ def test_translations_share_a_change_by_their_masses():
     assert found[0] == pytest.approx((0.8, -0.4), rel=4 * EPS)
     np.testing.assert_allclose(state.q[[2, 9]], [-0.6, 0.2], rtol=0, atol=4 * EPS)
     np.testing.assert_allclose(state.v[[2, 8]], [0.3, -0.1], rtol=0, atol=4 * EPS)
+
+
+@pytest.mark.parametrize("kinds", [[Type.revolute], [Type.revolute, Type.prismatic, Type.cylindrical, Type.fixed]])
+def test_links_of_a_long_chain_are_found_as_those_of_a_short_one(kinds):
+    """Hundreds of links: by the sparse solver, in a time that grows with them and not with their cube."""
+    times = []
+    for links in (48, 192, 768):
+        mechanism = chain([kinds[i % len(kinds)] for i in range(links)])
+        mechanism.set("joint1.initialAngle", 0.75)
+        mechanism.set("joint1.initialAngularRate", -2.0)
+        start = perf_counter()
+        simulation = _core.Simulation(mechanism)
+        times.append(perf_counter() - start)
+        q, v = simulation.state.q.reshape(-1, 7), simulation.state.v.reshape(-1, 6)
+        centers = np.arange(links) + 0.5  # along a straight line
+        along = np.array([np.cos(0.75), np.sin(0.75), 0])
+        np.testing.assert_allclose(q[:, :3], np.outer(centers, along), rtol=0, atol=1e-12 * links)
+        np.testing.assert_allclose(v[:, 5], -2.0, rtol=0, atol=1e-12 * links)
+        np.testing.assert_allclose(v[:, 2], 0, rtol=0, atol=1e-12 * links)
+    assert times[-1] <= 64 * times[0] + 0.1  # 16 times as many links; a cube would take 4096 times as long
 
 
 def test_changing_a_definition_in_place_sets_nothing():

@@ -5,6 +5,7 @@ in one line there and might fold instead; the slider of a crank and a rod of equ
 where it might stay. Inertia takes both straight on, and so do their solutions in one coordinate.
 """
 
+import re
 from functools import cache
 
 import numpy as np
@@ -14,11 +15,30 @@ from research.mechanisms.linkages import CYLINDRICAL, GRAVITY, four_bar_row
 from research.mechanisms.parts import REVOLUTE, SPHERICAL, Z, add_bar, add_body, add_joint
 from sigmafmu import _core
 
-from .helpers import GROUND, INDEX2, INDEX3, MODIFIED, TANGENT_FREE, Rotation, simulation
+from .helpers import GROUND, INDEX2, INDEX3, MODIFIED, STABILIZED, TANGENT_FREE, Rotation, simulation
 from .linkage_motions import four_bar_row_motion, reduced_motion
 from .methods import BLIEDF2, RKMK4
 
 PRISMATIC, UNIVERSAL = _core.JointType.prismatic, _core.JointType.universal
+
+
+def flat_row(count: int, speeds: np.ndarray) -> _core.Mechanism:
+    """The same row at the start in one line along x, each crank with a speed of its tip upwards [m/s]."""
+    m = _core.Mechanism()
+    m.name = "FlatRow"
+    m.multibody.gravity = GRAVITY
+    inertia = np.array([1e-4, 1 / 12, 1 / 12])
+    points, up = np.array([[float(i), 0, 0] for i in range(count + 3)]), speeds[:, None] * np.array([0, 1.0, 0])
+    for i in range(count + 1):
+        add_bar(m.multibody, f"crank{i + 1}", points[i : i + 2], 1.0, inertia, np.array([0 * up[i], up[i]]))
+    for i in range(count):
+        add_bar(m.multibody, f"coupler{i + 1}", points[i + 1 : i + 3], 1.0, inertia, up[i : i + 2])
+    for i in range(count + 1):
+        add_joint(m.multibody, f"pivot{i + 1}", REVOLUTE, GROUND, i, points[i])
+    for i in range(count):
+        add_joint(m.multibody, f"left{i + 1}", REVOLUTE, i, count + 1 + i, points[i + 1])
+        add_joint(m.multibody, f"right{i + 1}", REVOLUTE, count + 1 + i, i + 1, points[i + 2])
+    return m
 
 
 def largest_change_of_energy(definition: _core.Mechanism, q: np.ndarray, v: np.ndarray) -> float:
@@ -90,6 +110,56 @@ def test_many_loops_pass_together():
     theta = four_bar_row_motion(count, np.array([0.0, stop]))[0][-1]
     turn = Rotation.from_quat(run.state.q.reshape(-1, 7)[: count + 1, 3:], scalar_first=True).as_rotvec()[:, 2]
     assert np.abs(np.remainder(turn - theta + np.pi, 2 * np.pi) - np.pi).max() <= 2e-4
+
+
+def test_a_parallelogram_passes_whatever_the_step():
+    """One loop, three passages in 2 s. Near them steps are repeated with halves, in which joints get no stiffer."""
+    exact = four_bar_row_motion(1, np.array([0.0, 2.0]))[0][-1]
+    for steps in range(1200, 6000, 148):
+        run = simulation(four_bar_row(1), step_size=2 / steps)
+        run.advance(2 / steps, steps)
+        turn = Rotation.from_quat(run.state.q[3:7], scalar_first=True).as_rotvec()[2]
+        assert abs(np.remainder(turn - exact + np.pi, 2 * np.pi) - np.pi) <= 2e-5 * (1000 / steps) ** 2 + 1e-6, steps
+
+
+# --- starts in the flat position -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("formulation", [INDEX3, STABILIZED], ids=["index3", "stabilizedIndex2"])
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_a_start_in_a_singular_position_goes_on_along_its_velocities(count, formulation):
+    """All cranks lie along x and turn alike, up and down again through the line."""
+    exact = four_bar_row_motion(count, np.array([0.0, 0.5]), (0.0, 1.0))[0][-1]
+    errors = []
+    for steps in (500, 1000):
+        run = simulation(flat_row(count, np.ones(count + 1)), step_size=0.5 / steps, formulation=formulation)
+        run.advance(0.5 / steps, steps)
+        turns = Rotation.from_quat(run.state.q.reshape(-1, 7)[: count + 1, 3:], scalar_first=True).as_rotvec()[:, 2]
+        errors.append(np.abs(turns - exact).max())
+    assert errors[0] <= 1e-5
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("speeds", [[0, 0, 0], [1.0, 0.5, 1.0], [1.0, 0, -0.5]], ids=["rest", "bent", "any"])
+def test_a_start_in_a_singular_position_needs_velocities_of_one_motion(speeds):
+    """At rest gravity pulls bars apart, and cranks of unlike speeds would have to stretch the couplers. (Couplers turn
+    with their ends.)"""
+    with pytest.raises(RuntimeError) as caught:
+        simulation(flat_row(2, np.array(speeds)))
+    assert re.fullmatch(
+        r"The position is singular: 8 of the 35 equations of joints pivot1, .* and right2 follow from the others in it "
+        r"alone; choose a start at some distance from it, or velocities that lead through it\.",
+        str(caught.value),
+    )
+
+
+def test_a_singular_start_is_told():
+    slave = _core.Slave(flat_row(1, np.ones(2)))
+    slave.start()
+    assert slave.messages == [
+        "Joint equations are dependent: 4 of the 20 equations of joints pivot1, pivot2, left1 and right1 follow from "
+        "the others in this position alone; the reactions of these joints are one choice of many that fit the motion."
+    ]
 
 
 # --- slider-crank with equal crank and rod ---------------------------------------------------------------------------

@@ -133,3 +133,42 @@ def test_a_mechanism_with_dependent_joints_builds_and_says_so(tree, run):
         assert 'name="joints.redundant"' in description.read_text()
     finally:
         file.unlink()
+
+
+# Free bodies with all their variables.
+CLOUD = """#include <string>
+
+#include "model/mechanism.h"
+
+namespace sigmafmu::models {
+
+Mechanism Cloud() {
+  Mechanism m;
+  m.name = "Cloud";
+  m.description = "Free bodies";
+  m.expose = ExposureDef{{"*"}, {"*"}, {"*"}};
+  for (int i = 0; i < BODIES; ++i) {
+    RigidBodyDef body;
+    body.name = "body" + std::to_string(i + 1);
+    m.multibody.add(body);
+  }
+  return m;
+}
+
+}  // namespace sigmafmu::models
+"""
+
+
+@pytest.mark.parametrize(("bodies", "listed"), [(2, True), (200, False)])
+def test_a_million_pairs_of_variables_have_no_list_of_dependencies(tree, run, bodies, listed):
+    """An output without a list may depend on all inputs, says FMI; thousands of each would take hours and gigabytes."""
+    file = tree / "models" / "Cloud.cpp"
+    file.write_text(CLOUD.replace("BODIES", str(bodies)))
+    try:
+        run("cmake", tree / "build")
+        run("cmake", "--build", tree / "build", "--target", "Cloud")
+        description = (tree / "build" / "fmu" / "Cloud" / "modelDescription.xml").read_text()
+        assert 'name="body1.force[1]"' in description
+        assert ("dependencies=" in description) == listed
+    finally:
+        file.unlink()

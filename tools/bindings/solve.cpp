@@ -3,14 +3,17 @@
 #include <nanobind/eigen/sparse.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
-#include "solve/kkt_layout.h"
+#include "solve/newton_matrix.h"
+#include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -90,6 +93,67 @@ nb::tuple timed(const BlockLU& lu, const Eigen::SparseMatrix<double>& A, const V
   return nb::make_tuple(x, factorizing, solving);
 }
 
+// An iteration of Newton's method with tangents U, P^-1, E, F of each body, whatever they are.
+struct NewtonIteration {
+  NewtonIteration(const MultibodyDef& d, int formulation)
+      : system((validate(d), d), find_compliance(d)),
+        matrix(system, static_cast<Formulation>(formulation)),
+        u(inputs(d, system)),
+        at(system.make_evaluation()),
+        start(at),
+        tangents(system.body_count()) {}
+
+  static Inputs inputs(const MultibodyDef& d, const System& system) {
+    if (!d.drives.empty()) throw std::invalid_argument("drives are left out here");
+    return system.make_inputs();
+  }
+  void check(const VectorXd& q, const VectorXd& v) const {
+    if (q.size() != system.position_size() || v.size() != system.velocity_size()) {
+      throw std::invalid_argument("q or v has the wrong size");
+    }
+  }
+  void set_tangents(const std::vector<MatrixXd>& U, const std::vector<MatrixXd>& P_inverse,
+                    const std::vector<MatrixXd>& E, const std::vector<MatrixXd>& F, bool rotations_only) {
+    for (std::size_t i = 0; i < tangents.U.size(); ++i) {
+      tangents.U[i] = U.at(i);
+      tangents.P_inverse[i] = P_inverse.at(i);
+      tangents.E[i] = E.at(i);
+      tangents.F[i] = F.at(i);
+    }
+    tangents.rotations_only = rotations_only;
+  }
+  // (motion, what lambda and mu become)
+  std::tuple<VectorXd, VectorXd, VectorXd> solve(const VectorXd& q_n, const VectorXd& q, const VectorXd& v,
+                                                 const VectorXd& vdot, VectorXd lambda, VectorXd mu, double gamma_prime,
+                                                 double beta_prime, double scale) {
+    check(q_n, v);
+    check(q, vdot);
+    if (lambda.size() != system.constraint_size() || mu.size() != system.constraint_size()) {
+      throw std::invalid_argument("lambda or mu has the wrong size");
+    }
+    const StepScales scales{gamma_prime, beta_prime, scale};
+    VectorXd r(system.velocity_size()), x(matrix.size());
+    system.evaluate(q_n, v, u, start);
+    system.evaluate(q, v, u, at);
+    system.constraint_rates(u, at);
+    system.residual(at, vdot, lambda, u, r);
+    system.linearize(vdot, lambda, u, at);
+    Factorization f = matrix.make_factorization();
+    if (!matrix.factorize(at, start, scales, tangents, f)) throw std::runtime_error("singular");
+    matrix.right_side(at, r, scales, x);
+    if (matrix.soft()) matrix.add_compliance(lambda, mu, scales, x);
+    matrix.solve(f, x);
+    matrix.add_multipliers(x, scales, lambda, mu);
+    return {x.head(system.velocity_size()), lambda, mu};
+  }
+
+  System system;
+  NewtonMatrix matrix;
+  Inputs u;
+  Evaluation at, start;
+  BodyTangents tangents;
+};
+
 }  // namespace
 
 void bind_solve(nb::module_& m) {
@@ -112,4 +176,10 @@ void bind_solve(nb::module_& m) {
       .def("solve", &solve, "A"_a, "b"_a)
       .def("timed", &timed, "A"_a, "b"_a, "repeats"_a,
            "(x, seconds of a factorization, seconds of a solution), the fastest of so many; A sparse.");
+  nb::class_<NewtonIteration>(m, "NewtonIteration", "The linear equations of newton_matrix.h, at any point.")
+      .def(nb::init<const MultibodyDef&, int>(), "multibody"_a, "formulation"_a)
+      .def("set_tangents", &NewtonIteration::set_tangents, "U"_a, "P_inverse"_a, "E"_a, "F"_a, "rotations_only"_a,
+           "Lists of a 6x6 matrix for each body, E and F 3x6.")
+      .def("solve", &NewtonIteration::solve, "q_n"_a, "q"_a, "v"_a, "vdot"_a, "lambda_"_a, "mu"_a, "gamma_prime"_a,
+           "beta_prime"_a, "scale"_a, "(motion, lambda and mu after it)");
 }

@@ -266,6 +266,16 @@ void bind_system(nb::module_& m) {
           },
           "joint"_a, "coordinate"_a = 0)
       .def_prop_ro("redundant", [](const PySystem& s) { return s.system.compliance().dependent; })
+      .def_prop_ro(
+          "compliance",
+          [](const PySystem& s) {
+            nb::list result;
+            for (const auto& [constraint, row, force, motion] : s.system.compliance().equations) {
+              result.append(nb::make_tuple(s.system.lambda_index(constraint) + row, force, motion));
+            }
+            return result;
+          },
+          "(equation, e, d) of each that has a compliance.")
       .def_prop_ro("drive_count", [](const PySystem& s) { return s.system.drive_count(); })
       .def_rw("start", &PySystem::start, "What drives prescribe.")
       .def("actuator_index",

@@ -18,6 +18,9 @@ class NewtonMethod {
   static constexpr double kNewtonContractivity = 0.01;  // and the last increment shrank at least to this
   static constexpr double kMaxContractivity = 0.5;      // modified Newton makes a new matrix above it (section 7)
   static constexpr int kMaxStaleIterations = 10;        // ... or after so many iterations
+  // Joints that yield get stiffer with shorter steps down to this part of the settings' step size squared, beta of the
+  // trapezoidal rule: repeated steps, as near singular positions, are there to be easier.
+  static constexpr double kLeastScale = 0.25;
 
   // `exact`: whether full Newton's matrix is the derivative of how iterates are made.
   explicit NewtonMethod(const Problem& problem, bool exact = true);

@@ -4,10 +4,10 @@
 //
 //   Phi(q) = e s lambda,   s = beta h^2,   and in the stabilized index-2 form   Phi'(q, v) / gamma' = -d mu
 //
-// with an e and a d of each equation. Joints give way by less than a step's rounding of velocities, multipliers are
-// unique and smooth, and nothing has to decide about a rank while the mechanism moves. Index 2 has
-// Phi' / gamma' = e s lambda. The index-1 equations have a multiple of -e lambda beside B vdot as well, until
-// refinement takes it out again (solve/index1.h).
+// with an e and a d of each equation; s is not below a quarter of the square of the step size that is set. Joints give
+// way by less than a step's rounding of velocities, multipliers are unique and smooth, and nothing has to decide about
+// a rank while the mechanism moves. Index 2 has Phi' / gamma' = e s lambda. The index-1 equations have a multiple of
+// -e lambda beside B vdot as well, until refinement takes it out again (solve/index1.h).
 #pragma once
 
 #include <Eigen/Core>

@@ -15,6 +15,8 @@ namespace {
 
 using Kind = InitialValue::Kind;
 
+constexpr double kAtRest = 1e-9;  // velocities that nobody meant [m/s], [rad/s]
+
 void read_initial_values(const MultibodyDef& definition, const System& system, VectorXd& q, VectorXd& v) {
   for (int i = 0; i < system.body_count(); ++i) {
     const RigidBodyDef& body = definition.bodies[i];
@@ -56,6 +58,14 @@ std::string describe_obstacle(const MultibodyDef& definition, const System& syst
   return describe_singularity(definition, system, reachable);
 }
 
+// Whether a motion goes through a singular position q with velocities v: then joints allow accelerations there. Where
+// motions branch they do so for velocities of the branches alone, and at rest nothing tells which one to take.
+bool leads_through(const System& system, ConsistentSolver& solver, const Inputs& u, const VectorXd& q,
+                   const VectorXd& v) {
+  VectorXd vdot(system.velocity_size()), lambda(system.constraint_size());
+  return v.lpNorm<Eigen::Infinity>() > kAtRest && solver.accelerations(q, v, u, vdot, lambda);
+}
+
 // All initial values give way.
 void assemble_freely(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
                      VectorXd& v) {
@@ -68,11 +78,16 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     q = q0;
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
-  if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) {
-    throw std::runtime_error(text);
-  }
   require_agreeing_axes(definition, system, q);
-  if (!solver.project_velocities(q, u, v)) throw std::runtime_error(describe_singularity(definition, system, q));
+  const std::string singular = describe_singular_position(definition, system, q);
+  const bool moves = v.lpNorm<Eigen::Infinity>() > kAtRest;
+  const bool possible = solver.project_velocities(q, u, v);
+  if (!singular.empty() && !(possible && leads_through(system, solver, u, q, v))) throw std::runtime_error(singular);
+  if (!possible) throw std::runtime_error(describe_singularity(definition, system, q));
+  if (moves && system.drive_count() == 0) {
+    const std::string rigid = describe_rigidity(definition, system, q);
+    if (!rigid.empty()) throw std::runtime_error(rigid);
+  }
 }
 
 // A joint's or body's present value.

@@ -331,6 +331,17 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Part& p
   return true;
 }
 
+// Whether more equations are dependent at q, where `f` is known, than wherever else its joints lead.
+bool singular_at(const System& system, const VectorXd& q, const Freedom& f) {
+  if (f.groups.empty()) return false;
+  const Place at(system, q);
+  for (const Part& part : parts_of(at)) {
+    const Freedom of_part = freedom_of(at, part);
+    if (!of_part.groups.empty() && !dependent_everywhere(system, q, part, of_part.independent)) return true;
+  }
+  return false;
+}
+
 void add(const Freedom& part, Freedom& all) {
   all.independent += part.independent;
   all.groups.insert(all.groups.end(), part.groups.begin(), part.groups.end());
@@ -446,23 +457,26 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
 
 std::string describe_singular_position(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   const Freedom f = freedom(system, q);
-  if (f.groups.empty()) return "";
-  const Place at(system, q);
-  bool always = true;
-  for (const Part& part : parts_of(at)) {
-    const Freedom of_part = freedom_of(at, part);
-    if (!of_part.groups.empty()) always = always && dependent_everywhere(system, q, part, of_part.independent);
-  }
-  if (always) return "";
+  if (!singular_at(system, q, f)) return "";
   return "The position is singular: " + dependences(definition, f) +
-         " in it alone; choose a start at some distance from it.";
+         " in it alone; choose a start at some distance from it, or velocities that lead through it.";
 }
 
 std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   const Freedom f = freedom(system, q);
   if (f.groups.empty()) return "";
   return "Joint equations are dependent: " + dependences(definition, f) +
+         (singular_at(system, q, f) ? " in this position alone" : "") +
          "; the reactions of these joints are one choice of many that fit the motion.";
+}
+
+std::string describe_rigidity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  const Freedom f = freedom(system, q);
+  if (f.degrees() > 0) return "";
+  std::vector<int> joints(system.constraint_count());
+  std::iota(joints.begin(), joints.end(), 0);
+  return "The mechanism cannot move, but its bodies have initial velocities: joints " + list(definition, joints) +
+         " hold all of them; degrees of freedom: " + summary(f) + ".";
 }
 
 std::string describe_nearness(const System& system, const VectorXd& q) {

@@ -46,6 +46,9 @@ std::string describe_singular_position(const MultibodyDef& definition, const Sys
 // One sentence when equations are dependent at q: which joints these are. Empty when all are independent.
 std::string describe_dependence(const MultibodyDef& definition, const System& system, const VectorXd& q);
 
+// One sentence when joints leave no motion at q: that they do so. Empty when they do.
+std::string describe_rigidity(const MultibodyDef& definition, const System& system, const VectorXd& q);
+
 // One sentence when q is near a position where independent equations become dependent, or empty.
 std::string describe_nearness(const System& system, const VectorXd& q);
 

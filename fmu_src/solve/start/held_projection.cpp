@@ -201,9 +201,41 @@ VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const 
   return result;
 }
 
+// If the coordinates and joints determine the motion of all bodies, the solver for that; else null.
+DeterminedMotion* HeldProjection::determined(const Coordinates& coordinates) {
+  const std::size_t free = free_[0].size() + free_[1].size() + free_[2].size();
+  if (!DeterminedMotion::applies(system_, coordinates.size()) || static_cast<int>(free) < system_.velocity_size()) {
+    return nullptr;
+  }
+  std::vector<int> indices;
+  for (const Coordinate& c : coordinates) indices.push_back(c.index);
+  if (!determined_ || determined_->coordinates() != indices) {
+    determined_ = std::make_unique<DeterminedMotion>(definition_, indices, u_);
+  }
+  return determined_.get();
+}
+
+// What close() looks for, where nothing has to give way. False when that is not so, or not found.
+bool HeldProjection::reach(const Coordinates& coordinates, double s, VectorXd& q) {
+  DeterminedMotion* motion = determined(coordinates);
+  if (!motion) return false;
+  VectorXd x(static_cast<Eigen::Index>(coordinates.size())), found = q;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const auto& [c, from, to] = coordinates[static_cast<std::size_t>(i)];
+    x[i] = s < 1 ? from + s * (to - from) : to;
+  }
+  const auto good = [&] {
+    return gaps(found, coordinates, s).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + found.lpNorm<Eigen::Infinity>());
+  };
+  if (!motion->positions(x, found) || !good()) return false;
+  q = found;
+  return true;
+}
+
 // Newton's method. False when it comes to a halt elsewhere.
 bool HeldProjection::close(const Coordinates& coordinates, double s, int most_iterations, VectorXd& q) {
   constexpr double kMaxRotation = 0.5;  // in an iteration [rad]
+  if (reach(coordinates, s, q)) return true;
   double previous = INFINITY;
   for (int iteration = 0;; ++iteration) {
     const VectorXd r = gaps(q, coordinates, s);
@@ -366,11 +398,22 @@ void HeldProjection::positions(VectorXd& q) {
 bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorXd& v) {
   impose(v);
   if (system_.constraint_size() + rates.size() == 0) return true;
+  const auto good = [&](const VectorXd& w) {
+    return gaps_of_rates(q, w, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + w.lpNorm<Eigen::Infinity>());
+  };
+  if (DeterminedMotion* motion = determined(rates)) {
+    VectorXd x(static_cast<Eigen::Index>(rates.size())), found = v;
+    for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = rates[static_cast<std::size_t>(i)].to;
+    if (motion->velocities(q, x, found) && good(found)) {
+      v = found;
+      return true;
+    }
+  }
   linearize(q, rates);
   for (int repeat = 0; repeat < 2; ++repeat)
     v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
   impose(v);
-  return gaps_of_rates(q, v, u_, rates).lpNorm<Eigen::Infinity>() <= kAllowed * (1.0 + v.lpNorm<Eigen::Infinity>());
+  return good(v);
 }
 
 void HeldProjection::velocities(const VectorXd& q0, const VectorXd& q, VectorXd& v) {

@@ -5,11 +5,13 @@
 // order of the joints.
 //
 // Dense and with rank-revealing decompositions, since values may be set that say the same twice: for the start alone.
+// Where coordinates of joints leave nothing open the sparse solver comes first, whatever the number of bodies.
 #pragma once
 
+#include <memory>
 #include <vector>
 
-#include "multibody/system.h"
+#include "solve/start/determined_motion.h"
 
 namespace sigmafmu {
 
@@ -45,6 +47,8 @@ class HeldProjection {
   template <typename Solve>
   bool grant(const Coordinates& held, const Coordinates& wishes, VectorXd& x, Solve solve);
   bool axes_agree() const;
+  DeterminedMotion* determined(const Coordinates& coordinates);
+  bool reach(const Coordinates& coordinates, double s, VectorXd& q);
   bool close(const Coordinates& coordinates, double s, int most_iterations, VectorXd& q);
   void approach(const Coordinates& coordinates, VectorXd& q);
   bool adjust(const VectorXd& q, const Coordinates& rates, VectorXd& v);
@@ -62,8 +66,9 @@ class HeldProjection {
   const System& system_;
   Inputs u_, rest_;  // at the start, and with drives at rest
   Evaluation e_;
-  std::vector<int> free_[kLevels];  // velocities that may change, or whose positions may
-  MatrixXd A_, M_;                  // equations (joints, then coordinates) by velocities; mass
+  std::vector<int> free_[kLevels];                // velocities that may change, or whose positions may
+  MatrixXd A_, M_;                                // equations (joints, then coordinates) by velocities; mass
+  std::unique_ptr<DeterminedMotion> determined_;  // of the coordinates that were asked for last
 };
 
 }  // namespace sigmafmu
