@@ -8,7 +8,7 @@
 #include "lie/r3xso3.h"
 #include "model/dense.h"
 #include "solve/start/assembly.h"
-#include "solve/start/least_squares.h"
+#include "solve/start/row_space.h"
 #include "text/text.h"
 
 namespace sigmafmu {
@@ -49,12 +49,13 @@ struct Place {
 // Joints whose equations are looked at together, and the bodies that these place. Motions of a part are six for each
 // body, then those of modes, body after body.
 struct Part {
-  std::vector<int> joints, bodies;  // in ascending order
+  std::vector<int> joints;  // each next to those that it shares a body with: equations then have little fill
+  std::vector<int> bodies;  // in ascending order
 };
 
 // The equations of a part by its motions, both scaled: B by `row` and `column`, the motions per scaled one.
 struct ScaledEquations {
-  MatrixXd B;
+  Eigen::SparseMatrix<double> B_transposed;  // a column for each equation
   VectorXd row, column;
   double length = 1;  // the largest of a body [m]
 };
@@ -64,19 +65,35 @@ struct ScaledEquations {
 void equilibrate(int bodies, ScaledEquations& equations) {
   constexpr int kSweeps = 8;
   constexpr double kNothing = 1e-8;  // rounding is not to be scaled up
-  MatrixXd& B = equations.B;
+  using Entry = Eigen::SparseMatrix<double>::InnerIterator;
+  Eigen::SparseMatrix<double>& B = equations.B_transposed;
+  VectorXd scale(B.rows());
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (int group = 0; group < 2 * bodies; ++group) {
-      const double size = B.middleCols<3>(3 * group).norm();
-      if (!(size > kNothing)) continue;
-      B.middleCols<3>(3 * group) /= size;
-      equations.column.segment<3>(3 * group) /= size;
+    scale.setZero();
+    for (int i = 0; i < B.cols(); ++i) {
+      for (Entry x(B, i); x; ++x) scale[x.row() - x.row() % 3] += x.value() * x.value();
     }
-    for (Eigen::Index i = 0; i < B.rows(); ++i) {
-      const double size = B.row(i).norm();
-      if (!(size > 0)) continue;
-      B.row(i) /= size;
-      equations.row[i] /= size;
+    for (int k = 0; k < B.rows(); ++k) {
+      if (k >= 6 * bodies) {
+        scale[k] = 1;
+      } else if (k % 3 == 0) {
+        const double size = std::sqrt(scale[k]);
+        scale[k] = size > kNothing ? 1 / size : 1.0;
+      } else {
+        scale[k] = scale[k - 1];
+      }
+    }
+    equations.column = equations.column.cwiseProduct(scale);
+    for (int i = 0; i < B.cols(); ++i) {
+      double sum = 0;
+      for (Entry x(B, i); x; ++x) {
+        x.valueRef() *= scale[x.row()];
+        sum += x.value() * x.value();
+      }
+      if (!(sum > 0)) continue;
+      const double per_size = 1 / std::sqrt(sum);
+      for (Entry x(B, i); x; ++x) x.valueRef() *= per_size;
+      equations.row[i] *= per_size;
     }
   }
 }
@@ -110,29 +127,36 @@ std::vector<int> velocities(const System& system, const Part& part) {
 
 ScaledEquations scaled_equations(const Place& at, const Part& part) {
   const System& system = at.system;
-  const std::vector<int> columns = velocities(system, part);  // ascending
-  Eigen::Index rows = 0;
-  for (int joint : part.joints) rows += system.constraint(joint).equations();
+  const std::vector<int> places = velocities(system, part);  // ascending
   ScaledEquations s;
-  s.B.setZero(rows, static_cast<Eigen::Index>(columns.size()));
-  s.row.setOnes(s.B.rows());
-  s.column.setOnes(s.B.cols());
+  s.column.setOnes(static_cast<Eigen::Index>(places.size()));
   s.length = 0;
   for (int body : part.bodies) s.length = std::max(s.length, at.lengths[body]);
   if (s.length == 0) s.length = 1;
-  rows = 0;
-  for (int joint : part.joints) {
-    for_gradients(at, joint, [&](int velocity, const auto& B) {
-      const auto column = std::lower_bound(columns.begin(), columns.end(), velocity);
-      if (column == columns.end() || *column != velocity) return;
-      s.B.block(rows, column - columns.begin(), B.rows(), B.cols()) = B;
-    });
-    rows += system.constraint(joint).equations();
-  }
   const int bodies = static_cast<int>(part.bodies.size());
   for (int i = 0; i < bodies; ++i) s.column.segment<3>(6 * i + 3).setConstant(1 / s.length);
-  s.B *= s.column.asDiagonal();
-  if (s.B.allFinite()) equilibrate(bodies, s);
+
+  std::vector<Eigen::Triplet<double>> entries;
+  bool finite = true;
+  int first = 0;
+  for (int joint : part.joints) {
+    for_gradients(at, joint, [&](int velocity, const auto& B) {
+      const auto place = std::lower_bound(places.begin(), places.end(), velocity);
+      if (place == places.end() || *place != velocity) return;
+      const int motion = static_cast<int>(place - places.begin());
+      finite = finite && B.allFinite();
+      for (int i = 0; i < B.rows(); ++i) {
+        for (int k = 0; k < B.cols(); ++k) {
+          if (B(i, k) != 0) entries.emplace_back(motion + k, first + i, B(i, k) * s.column[motion + k]);
+        }
+      }
+    });
+    first += system.constraint(joint).equations();
+  }
+  s.row.setOnes(first);
+  s.B_transposed.resize(s.column.size(), first);
+  s.B_transposed.setFromTriplets(entries.begin(), entries.end());
+  if (finite) equilibrate(bodies, s);
   return s;
 }
 
@@ -160,24 +184,22 @@ double size_of(const System& system, const VectorXd& motion, double length) {
   return largest;
 }
 
-// Joints that `weights` of dependences tie together: the first of each group. Both count in the part.
-std::vector<int> tied_joints(const std::vector<int>& joint_of_row, int joints, const MatrixXd& weights) {
-  std::vector<int> group(joints);
-  std::iota(group.begin(), group.end(), 0);
-  for (Eigen::Index k = 0; k < weights.cols(); ++k) {
-    int smallest = joints;
-    std::vector<int> tied;
-    for (Eigen::Index i = 0; i < weights.rows(); ++i) {
-      if (std::abs(weights(i, k)) <= kTakesPart) continue;
-      tied.push_back(group[joint_of_row[i]]);
-      smallest = std::min(smallest, tied.back());
-    }
-    for (int& g : group) {
-      if (std::find(tied.begin(), tied.end(), g) != tied.end()) g = smallest;
-    }
+// Puts the joints of one dependence into one group, which is called by its first joint.
+class Groups {
+ public:
+  explicit Groups(int joints) : parent_(joints) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int of(int joint) {
+    while (parent_[joint] != joint) joint = parent_[joint] = parent_[parent_[joint]];
+    return joint;
   }
-  return group;
-}
+  void tie(int a, int b) {
+    a = of(a), b = of(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<int> parent_;
+};
 
 std::string list(const MultibodyDef& definition, const std::vector<int>& joints) {
   std::string text;
@@ -189,59 +211,41 @@ std::string list(const MultibodyDef& definition, const std::vector<int>& joints)
 
 Freedom freedom_of(const Place& at, const Part& part) {
   const System& system = at.system;
-  const MatrixXd rows = scaled_equations(at, part).B;
   const int joints = static_cast<int>(part.joints.size());
   std::vector<int> joint_of_row;
   for (int k = 0; k < joints; ++k) {
     joint_of_row.insert(joint_of_row.end(), system.constraint(part.joints[k]).equations(), k);
   }
+  const ScaledEquations scaled = scaled_equations(at, part);
+  const RowSpace rows(scaled.B_transposed, kDependent);
   Freedom result;
-  result.velocities = static_cast<int>(rows.cols());
-  result.equations = static_cast<int>(rows.rows());
+  result.velocities = static_cast<int>(scaled.B_transposed.rows());
+  result.equations = static_cast<int>(scaled.B_transposed.cols());
+  result.independent = rows.rank();
+  result.independent_margin = result.margin = std::min(result.margin, rows.smallest_part());
+  if (rows.rank() == result.equations) return result;
 
-  // What each equation says beyond those before it; orthogonalized twice, which is enough.
-  MatrixXd basis(result.velocities, std::min(result.velocities, result.equations));
-  std::vector<int> independent, dependent;
-  for (int i = 0; i < result.equations; ++i) {
-    VectorXd beyond = rows.row(i).transpose();
-    const auto before = basis.leftCols(result.independent);
-    for (int repeat = 0; repeat < 2; ++repeat)
-      beyond -= before.lazyProduct(before.transpose().lazyProduct(beyond).eval());
-    const double part = beyond.norm();
-    result.margin = std::min(result.margin, part);
-    if (part > kDependent && result.independent < basis.cols()) {
-      result.independent_margin = std::min(result.independent_margin, part);
-      basis.col(result.independent++) = beyond / part;
-      independent.push_back(i);
-    } else {
-      dependent.push_back(i);
-    }
-  }
-  if (dependent.empty()) return result;
-
-  MatrixXd left(result.velocities, result.independent);
-  for (int k = 0; k < result.independent; ++k) left.col(k) = rows.row(independent[k]).transpose();
-  const LeastSquares others(left, kDependent);
-  MatrixXd weights = MatrixXd::Zero(result.equations, static_cast<Eigen::Index>(dependent.size()));
-  for (Eigen::Index column = 0; column < weights.cols(); ++column) {
-    const VectorXd found = others.solve(rows.row(dependent[column]).transpose());
-    for (int k = 0; k < result.independent; ++k) weights(independent[k], column) = found[k];
-  }
   std::vector<int> dependents(joints, 0);
-  for (std::size_t k = 0; k < dependent.size(); ++k) {
-    weights(dependent[k], static_cast<Eigen::Index>(k)) = 1;
-    ++dependents[joint_of_row[dependent[k]]];
-  }
-  const std::vector<int> group = tied_joints(joint_of_row, joints, weights);
-  for (int first = 0; first < joints; ++first) {
-    Freedom::Group g;
-    for (int k = first; k < joints; ++k) {
-      if (group[k] != first) continue;
-      g.joints.push_back(part.joints[k]);
-      g.equations += system.constraint(part.joints[k]).equations();
-      g.dependent += dependents[k];
+  Groups groups(joints);
+  for (const RowSpace::Dependence& dependence : rows.dependences()) {
+    const int joint = joint_of_row[dependence.row];
+    ++dependents[joint];
+    result.margin = std::min(result.margin, dependence.part);
+    for (const auto& [row, weight] : dependence.weights) {
+      if (std::abs(weight) > kTakesPart) groups.tie(joint, joint_of_row[row]);
     }
-    if (g.dependent > 0) result.groups.push_back(g);
+  }
+  std::vector<Freedom::Group> of_first(joints);
+  for (int k = 0; k < joints; ++k) {
+    Freedom::Group& g = of_first[groups.of(k)];
+    g.joints.push_back(part.joints[k]);
+    g.equations += system.constraint(part.joints[k]).equations();
+    g.dependent += dependents[k];
+  }
+  for (Freedom::Group& g : of_first) {
+    if (g.dependent == 0) continue;
+    std::sort(g.joints.begin(), g.joints.end());
+    result.groups.push_back(std::move(g));
   }
   return result;
 }
@@ -297,7 +301,6 @@ std::vector<Part> parts_of(const Place& at) {
         }
       }
     }
-    std::sort(part.joints.begin(), part.joints.end());
     std::sort(part.bodies.begin(), part.bodies.end());
     parts.push_back(part);
   }
@@ -305,41 +308,57 @@ std::vector<Part> parts_of(const Place& at) {
   return parts;
 }
 
-// Whether equations of a part that are dependent at q are so wherever its motions lead: moves along them a little.
-bool dependent_everywhere(const System& system, const VectorXd& q, const Part& part, int independent) {
+// Parts with dependent equations, and how many are independent.
+struct Dependent {
+  std::vector<Part> parts;
+  std::vector<int> independent;
+};
+
+Dependent dependent_parts(const Place& at) {
+  Dependent result;
+  for (Part& part : parts_of(at)) {
+    const Freedom f = freedom_of(at, part);
+    if (f.groups.empty()) continue;
+    result.parts.push_back(std::move(part));
+    result.independent.push_back(f.independent);
+  }
+  return result;
+}
+
+// Whether no more equations of these parts are dependent at q than wherever motions lead: moves all a little at once.
+bool dependent_everywhere(const System& system, const VectorXd& q, const Dependent& dependent) {
   constexpr double kDistance = 0.02;
   const Place at(system, q);
-  const ScaledEquations s = scaled_equations(at, part);
-  const LeastSquares equations(s.B, kDependent);
   Inputs u = system.make_inputs();
   // Drives stay where they are: phi is their coordinate while they prescribe 0.
   for (int d = 0; d < system.drive_count(); ++d) u.x[d] = at.e.phi[system.drive_lambda_index(d)];
   for (int trial = 0; trial < 4; ++trial) {
-    VectorXd scaled(s.B.cols()), motion = VectorXd::Zero(system.velocity_size());
-    for (Eigen::Index i = 0; i < scaled.size(); ++i) {  // any direction without symmetry
-      scaled[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
+    VectorXd motion = VectorXd::Zero(system.velocity_size());
+    for (const Part& part : dependent.parts) {
+      const ScaledEquations s = scaled_equations(at, part);
+      VectorXd scaled(s.column.size()), of_part = VectorXd::Zero(system.velocity_size());
+      for (Eigen::Index i = 0; i < scaled.size(); ++i) {  // any direction without symmetry
+        scaled[i] = std::sin(1.0 + (2.0 + trial) * static_cast<double>(i) + 0.7 * trial);
+      }
+      scaled += RowSpace(s.B_transposed, kDependent).solve(s.B_transposed.transpose() * scaled);
+      add_motion(system, part, s.column.cwiseProduct(scaled), of_part);
+      const double size = size_of(system, of_part, s.length);
+      if (size > kDependent) motion += (kDistance / size) * of_part;
     }
-    scaled += equations.solve(product(s.B, scaled));
-    add_motion(system, part, s.column.cwiseProduct(scaled), motion);
-    const double size = size_of(system, motion, s.length);
-    if (!(size > kDependent)) return true;  // nothing moves
-    motion *= kDistance / size;
+    if (motion.isZero(0)) return true;  // nothing moves
     VectorXd near = displaced(system, q, motion);
-    if (reach_positions(system, u, near) && freedom_of(Place(system, near), part).independent > independent)
-      return false;
+    if (!reach_positions(system, u, near)) continue;
+    const Place there(system, near);
+    for (std::size_t k = 0; k < dependent.parts.size(); ++k) {
+      if (freedom_of(there, dependent.parts[k]).independent > dependent.independent[k]) return false;
+    }
   }
   return true;
 }
 
 // Whether more equations are dependent at q, where `f` is known, than wherever else its joints lead.
 bool singular_at(const System& system, const VectorXd& q, const Freedom& f) {
-  if (f.groups.empty()) return false;
-  const Place at(system, q);
-  for (const Part& part : parts_of(at)) {
-    const Freedom of_part = freedom_of(at, part);
-    if (!of_part.groups.empty() && !dependent_everywhere(system, q, part, of_part.independent)) return true;
-  }
-  return false;
+  return !f.groups.empty() && !dependent_everywhere(system, q, dependent_parts(Place(system, q)));
 }
 
 void add(const Freedom& part, Freedom& all) {
@@ -435,7 +454,7 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
     double length = 0;
     for (const Part& part : parts_of(at)) {
       const ScaledEquations s = scaled_equations(at, part);
-      VectorXd gaps(s.B.rows());
+      VectorXd gaps(s.row.size());
       Eigen::Index row = 0;
       for (int joint : part.joints) {  // after what the parts before it do to its bodies
         VectorXd gap = at.e.phi.segment(system.lambda_index(joint), system.constraint(joint).equations());
@@ -444,7 +463,7 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
         gaps.segment(row, gap.size()) = gap;
         row += gap.size();
       }
-      const VectorXd scaled = LeastSquares(s.B, kDependent).solve(s.row.cwiseProduct(gaps));
+      const VectorXd scaled = RowSpace(s.B_transposed, kDependent).solve(s.row.cwiseProduct(gaps));
       add_motion(system, part, s.column.cwiseProduct(scaled), motion);
       length = std::max(length, s.length);
     }

@@ -1,5 +1,5 @@
 // Which of the joints' equations follow from others, and why a position cannot be computed: what a mechanism is told
-// when it is assembled or has failed. Dense and with allocations: never part of a step that goes well.
+// when it is assembled or has failed. With allocations: never part of a step that goes well.
 #pragma once
 
 #include <string>
