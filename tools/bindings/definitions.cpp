@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "elements.h"
 #include "fmi/variables.h"
 #include "model/json.h"
 #include "model/mechanism.h"
@@ -153,6 +154,7 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stiffness", &JointSpringDef::stiffness)
       .def_rw("damping", &JointSpringDef::damping)
       .def_rw("rest", &JointSpringDef::rest);
+  bind_elements(m);
   nb::enum_<DriveDef::Motion>(m, "Motion")
       .value("position", DriveDef::Motion::position)
       .value("rate", DriveDef::Motion::rate)
@@ -180,8 +182,9 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body", &StationDef::body)
       .def_ro("nodes", &StationDef::nodes)
       .def_ro("deflection_axes", &StationDef::deflection_axes);
-  nb::class_<MultibodyDef>(m, "Multibody")
-      .def(nb::init<>())
+  nb::class_<MultibodyDef> multibody(m, "Multibody");
+  bind_element_lists(multibody);
+  multibody.def(nb::init<>())
       .def_rw("gravity", &MultibodyDef::gravity)
       .def_ro("bodies", &MultibodyDef::bodies)
       .def_ro("joints", &MultibodyDef::joints)

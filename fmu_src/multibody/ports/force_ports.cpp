@@ -43,6 +43,11 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
       input += std::max(1, p.size);
     }
   }
+  if (force.input_count() > 0) {
+    ports.terminal(
+        force.frame_count() == 1 ? "Actuator" : "Actuator beside the spring",
+        {"position", "length", "rate", "angle", "angularRate", "force", "torque", "actuatorForce", "actuatorTorque"});
+  }
   for (std::size_t k = 0; k < Def::parameters().size(); ++k) {
     const Parameter<Def>& p = Def::parameters()[k];
     std::string description = p.description;
@@ -52,7 +57,6 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
                      Variability::tunable);
     ports.set_port(first, static_cast<int>(k));
   }
-  if (force.input_count() > 0) ports.terminal("Actuator beside the spring", {"position", "force", "actuatorForce"});
 }
 
 }  // namespace
