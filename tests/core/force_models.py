@@ -161,7 +161,7 @@ class Bushing:
 
     @staticmethod
     def deformation(a, b):
-        """x, x' and the matrix of x' = L (d', w), in the axes of the first frame, by differences of rotation vectors."""
+        """x, x' and L of x' = L (d', w), in the axes of the first frame, by differences of rotation vectors."""
         turn = Rotation.from_matrix(a.axes.T @ b.axes)
         gap = a.axes.T @ (b.o - a.o)
         w = a.axes.T @ (b.w - a.w)
@@ -387,4 +387,15 @@ def make_world(rng, model, between, speed=1.0):
     return World(model, definition, without, element, tuple(ends), clouds, q, v)
 
 
-__all__ = ["BETWEEN", "ELEMENTS", "GROUND", "End", "Motion", "World", "hat", "make_world", "rigid_motion", "sharp_derivative"]
+__all__ = [
+    "BETWEEN",
+    "ELEMENTS",
+    "GROUND",
+    "End",
+    "Motion",
+    "World",
+    "hat",
+    "make_world",
+    "rigid_motion",
+    "sharp_derivative",
+]

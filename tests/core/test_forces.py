@@ -67,9 +67,7 @@ def test_forces_and_moments_on_both_bodies_are_opposite(element, seed):
     forces = world.forces(world.q, world.v, rng.uniform(-5, 5, world.model.inputs)).reshape(2, 6)
     assert np.abs(forces).max() > 0
     places = world.q.reshape(2, 7)
-    moments = [
-        np.cross(q[:3], f[:3]) + rotation_of(q).apply(f[3:]) for q, f in zip(places, forces, strict=True)
-    ]
+    moments = [np.cross(q[:3], f[:3]) + rotation_of(q).apply(f[3:]) for q, f in zip(places, forces, strict=True)]
     size = np.abs(forces).max() + np.abs(moments).max()
     assert_close(forces[0, :3], -forces[1, :3], 1e-14, size)
     assert_close(moments[0], -moments[1], 1e-14, size)
@@ -149,7 +147,7 @@ def test_outputs(element, seed):
 @every_element
 @property_test(10, seed=seeds)
 def test_newton_and_euler_of_bodies_in_joints(element, seed):
-    """Each body's momentum changes by the reactions of its joint, the element and gravity, all as the FMU tells them."""
+    """Each body's momentum changes by the reactions of its joint, the element and gravity."""
     rng, world = world_of(seed, element, "two bodies")
     definition = world.definition
     definition.gravity = rng.uniform(-10, 10, 3)

@@ -134,6 +134,22 @@ def test_symbols_of_all_joint_types_differ():
     assert shapes["ratchet"].shape == solids.ball((0, 0, 0.5), 0.01).shape
 
 
+def test_symbols_of_forces_differ():
+    """A coil for what acts along a line, and a symbol of its own for every other."""
+    (symbols,) = modules("symbols")
+    bodies = [drawn.body(name, place) for name, place in (("a", (0, 0, 0)), ("b", (0.5, 0.2, 0)))]
+    layout = layouts.Layout({"bodies": bodies, "forces": drawn.forces_of_all_types("a", "b")}, HERE)
+    shapes = {}
+    for link in layout.forces:
+        faces = np.concatenate([faces for faces, _ in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
+        shapes[link.type] = faces.tobytes()
+    assert shapes["line_spring"] == shapes["table_spring"]
+    assert len(shapes) == 6
+    assert len(set(shapes.values())) == 5
+    (jet,) = layout.followers
+    assert jet.point == pytest.approx([0.5, 0.3, 0.0])
+
+
 def test_solids_face_outward():
     """The volume within faces is positive: a solid inside out would not be seen."""
     (solids,) = modules("solids")

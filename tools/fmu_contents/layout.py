@@ -49,6 +49,16 @@ class Link:
     """Directions, axes of W, in which a spring or damper acts."""
 
 
+@dataclass
+class Follower:
+    """A force and a torque on a body at a point, as they are at the start."""
+
+    name: str
+    point: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+
+
 class Layout:
     """Bodies, joints and forces of a mechanism in its initial configuration."""
 
@@ -56,10 +66,12 @@ class Layout:
         bodies = [_body(entry, resources) for entry in mechanism.get("bodies", [])]
         self.bodies = {body.name: body for body in bodies}
         self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
-        self.forces, self.on_joints = [], []
+        self.forces, self.on_joints, self.followers = [], [], []
         for entry in mechanism.get("forces", []):
             if "bodies" in entry:
                 self.forces.append(self._force(entry))
+            elif "body" in entry:
+                self.followers.append(self._follower(entry))
             else:
                 self.on_joints.append((entry["name"], entry.get("joint")))
         self.loads = [load for load in mechanism.get("loads", []) if load["body"] in self.bodies]
@@ -83,6 +95,7 @@ class Layout:
     def points(self) -> np.ndarray:
         """Centres, nodes, and both points of joints and forces, n × 3."""
         links = [point for link in (*self.joints, *self.forces) for point in link.points]
+        links += [follower.point for follower in self.followers]
         nodes = [node for body in self.bodies.values() if body.nodes is not None for node in body.nodes]
         return np.array([body.centre for body in self.bodies.values()] + links + nodes)
 
@@ -94,8 +107,24 @@ class Layout:
         return self._link(entry, places, [_rotation(frame.get("orientation", {})) for frame in frames])
 
     def _force(self, entry: dict[str, Any]) -> Link:
-        places = [(entry.get(f"point{i}", (0, 0, 0)), entry.get(f"node{i}", -1)) for i in (1, 2)]
-        return self._link(entry, places, [np.eye(3)] * 2)
+        places, turns = [], []
+        for i in (1, 2):
+            frame = entry.get(f"frame{i}", {"position": entry.get(f"point{i}"), "node": entry.get(f"node{i}", -1)})
+            places.append((frame.get("position") or (0, 0, 0), frame.get("node", -1)))
+            turns.append(_rotation(frame.get("orientation", {})))
+        return self._link(entry, places, turns)
+
+    def _follower(self, entry: dict[str, Any]) -> Follower:
+        """A force that turns with its body."""
+        body = self.bodies[entry["body"]]
+        node = entry.get("node", -1)
+        place = body.position if node < 0 else body.nodes[node]
+        point = place + body.rotation @ np.array(entry.get("point", (0, 0, 0)), dtype=float)
+        body.ends.append(point)
+        force, torque = (
+            body.rotation @ np.array(entry.get(key, (0, 0, 0)), dtype=float) for key in ("force", "torque")
+        )
+        return Follower(entry["name"], point, force, torque)
 
     def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
         bodies = [self.bodies.get(name) for name in entry["bodies"]]
