@@ -79,6 +79,16 @@ const std::vector<std::string>& joint_type_names() {
   return names;
 }
 
+const std::vector<std::string>& sensor_type_names() {
+  static const std::vector<std::string> names = {"motion", "imu"};
+  return names;
+}
+
+const std::vector<std::string>& sensor_axes_names() {
+  static const std::vector<std::string> names = {"ground", "reference", "sensor"};
+  return names;
+}
+
 std::string constraint_name(const MultibodyDef& d, int constraint) {
   const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size();
   return c < joints ? d.joints[c].name : "the drive of " + d.joints[d.drives[c - joints].joint].name;
@@ -98,6 +108,7 @@ int MultibodyDef::add(LoadDef load) { return append(loads, std::move(load)); }
 int MultibodyDef::add(JointSpringDef spring) { return append(joint_springs, spring); }
 int MultibodyDef::add(DriveDef drive) { return append(drives, drive); }
 int Mechanism::add(StationDef station) { return append(stations, std::move(station)); }
+int Mechanism::add(SensorDef sensor) { return append(sensors, std::move(sensor)); }
 
 double size(const MultibodyDef& d) {
   double largest = 0;

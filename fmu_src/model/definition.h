@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "model/elements/elements.h"
-#include "model/elements/frame.h"
 
 namespace sigmafmu {
 

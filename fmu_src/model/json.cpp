@@ -93,6 +93,7 @@ class Writer {
   }
   void version(const std::string& key, int number) { object_[key] = number; }
   void body(const std::string& key, int i) { object_[key] = body_name(i, joined(path_, key)); }
+  void optional_body(const std::string& key, int i) { body(key, i); }
   void bodies(const std::string& key, int i, int j) {
     const std::string name = joined(path_, key);
     object_[key] = Json::array({body_name(i, at(name, 0)), body_name(j, at(name, 1))});
@@ -242,6 +243,9 @@ class Reader {
     j = found->second;
   }
   void body(const std::string& key, int& i) { read_body(*find_required(key), joined(path_, key), i); }
+  void optional_body(const std::string& key, int& i) {
+    if (const Json* found = find(key)) read_body(*found, joined(path_, key), i);
+  }
   void bodies(const std::string& key, int& i, int& j) {
     const std::string name = joined(path_, key);
     const Json& pair = json::list(*find_required(key), name, 2);

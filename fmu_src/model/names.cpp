@@ -8,7 +8,8 @@ namespace sigmafmu::validation {
 namespace {
 
 // First parts of the names of variables that every FMU has, and words with a meaning of their own.
-constexpr const char* kReserved[] = {"constraint", "energy", "gravity", "ground", "integrator", "joints", "time"};
+constexpr const char* kReserved[] = {"angularMomentum", "centerOfMass", "constraint", "energy",   "gravity",
+                                     "ground",          "integrator",   "joints",     "momentum", "time"};
 
 // What variables of elements are called after the element's name and a dot.
 constexpr const char* kVariables[] = {
@@ -23,8 +24,11 @@ constexpr const char* kVariables[] = {
     "deflection",
     "displacement",
     "displacementDamping",
+    "displacementPower",
     "displacementRest",
+    "displacementSpringEnergy",
     "displacementSpringForce",
+    "displacementSpringPower",
     "displacementStiffness",
     "dissipation",
     "driveForce",
@@ -63,7 +67,10 @@ constexpr const char* kVariables[] = {
     "rotation",
     "rotationVector",
     "slipVelocity",
+    "specificForce",
+    "springEnergy",
     "springForce",
+    "springPower",
     "springTorque",
     "stiffness",
     "stiffnessDamping",

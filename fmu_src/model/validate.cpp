@@ -69,6 +69,15 @@ void validate_station(const StationDef& s, const References& bodies) {
   }
 }
 
+void validate_sensor(const SensorDef& s, const References& bodies) {
+  bodies.body(s.name, s.body);
+  bodies.node(s.name, s.body, s.frame.node);
+  check_frame(s.name + ".frame", s.frame);
+  bodies.body(s.name, s.reference);
+  bodies.node(s.name, s.reference, s.reference_frame.node);
+  check_frame(s.name + ".referenceFrame", s.reference_frame);
+}
+
 // No coordinate has two of these.
 template <typename Def>
 void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, const char* what) {
@@ -89,7 +98,8 @@ void validate_held(const MultibodyDef& d) {
   }
 }
 
-void validate_names(const MultibodyDef& d, const std::vector<StationDef>& stations) {
+void validate_names(const MultibodyDef& d, const std::vector<StationDef>& stations,
+                    const std::vector<SensorDef>& sensors) {
   Names names;
   const auto add = [&](const auto& elements, const char* kind) {
     for (std::size_t i = 0; i < elements.size(); ++i) names.add(elements[i].name, kind, i);
@@ -101,6 +111,7 @@ void validate_names(const MultibodyDef& d, const std::vector<StationDef>& statio
     if constexpr (HasName<Def>::value) add(forces, Def::kKind);
   });
   add(stations, "station");
+  add(sensors, "sensor");
   names.check_variables();
 }
 
@@ -126,7 +137,7 @@ void validation::check_positive(const std::string& name, double value, const cha
 
 void validation::validate_structure(const MultibodyDef& d) {
   if (d.bodies.empty()) fail("The mechanism has no bodies; it must have at least one.");
-  validate_names(d, {});
+  validate_names(d, {}, {});
   for (const RigidBodyDef& b : d.bodies) {
     if (b.modal) validate_modal(b.name, *b.modal);
   }
@@ -181,8 +192,9 @@ void validate(const Mechanism& m) {
     fail("The name of the mechanism is \"", m.name, "\"; allowed are letters, digits and _, no digit first.");
   }
   validate(m.multibody);
-  validate_names(m.multibody, m.stations);
+  validate_names(m.multibody, m.stations, m.sensors);
   for (const StationDef& s : m.stations) validate_station(s, References(m.multibody));
+  for (const SensorDef& s : m.sensors) validate_sensor(s, References(m.multibody));
   validate(m.integrator);
   check_positive("The stop time of the experiment", m.stop_time, "s");
   check_positive("The communication step of the experiment", m.communication_step, "s");

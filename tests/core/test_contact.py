@@ -57,7 +57,7 @@ def test_a_bouncing_ball(dissipation):
 
 @pytest.mark.parametrize(("tolerance", "error", "steps"), [(1e-5, 1e-4, 350), (1e-7, 1e-5, 1000)])
 def test_step_control_finds_the_impacts(tolerance, error, steps):
-    """From steps of 20 ms in flight to what an impact needs and back; fixed ones are 4000 for 1e-4 m and 16 000 for 5e-6 m."""
+    """From steps of 20 ms in flight to what an impact needs and back; of fixed ones 16 000 leave 5e-6 m."""
     mechanism = ball(_core.ContactSurface(MODULUS, 0.05))
     mechanism.integrator.step_control, mechanism.integrator.error_tolerance = 2, tolerance
     mechanism.integrator.step_size = 0.02

@@ -59,7 +59,10 @@ def random_tree(seed, count=12):
         *forces_of_all_types("body5", "body6"),
     ]
     load = {"name": "push", "body": "body1", "force": [0.0, 5.0, 0.0], "torque": [0.0, 0.0, 0.0]}
-    return {"bodies": bodies, "joints": joints, "forces": forces, "loads": [load], "gravity": [0.0, 0.0, -9.81]}
+    tree = {"bodies": bodies, "joints": joints, "forces": forces, "loads": [load], "gravity": [0.0, 0.0, -9.81]}
+    tree["sensors"] = [{"name": "imu", "type": "imu", "body": "body7", "frame": {"position": [0.1, 0.0, 0.1]}}]
+    tree["sensors"].append({"name": "eye", "type": "motion", "body": "ground", "reference": "body7"})
+    return tree
 
 
 def forces_of_all_types(one, two):

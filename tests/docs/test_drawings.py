@@ -73,7 +73,7 @@ def check(mechanism, picture, folder):
     assert covered.shape == (camera.height, camera.width)
 
     names = [text.name for text in picture.texts]
-    for kind in ("bodies", "joints", "forces"):
+    for kind in ("bodies", "joints", "forces", "sensors"):
         for entry in mechanism.get(kind, []):
             assert names.count(entry["name"]) == 1, f"{entry['name']} has no label"
     for text in picture.texts:

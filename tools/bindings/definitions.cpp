@@ -237,9 +237,11 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stop_time", &Mechanism::stop_time)
       .def_rw("communication_step", &Mechanism::communication_step)
       .def_ro("stations", &Mechanism::stations)
+      .def_ro("sensors", &Mechanism::sensors)
       .def_rw("expose", &Mechanism::expose, nb::for_setter(nb::arg("expose").none()),
               "None: all, or of more than 20 bodies all but what belongs to bodies.")
-      .def("add", &Mechanism::add, "station"_a)
+      .def("add", nb::overload_cast<StationDef>(&Mechanism::add), "station"_a)
+      .def("add", nb::overload_cast<SensorDef>(&Mechanism::add), "sensor"_a)
       .def("validate", [](const Mechanism& m) { validate(m); })
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("to_json", &to_json, "mechanism"_a, "The mechanism as text; its modal data stay in their files.");

@@ -1,4 +1,4 @@
-// Definitions of forces in sigmafmu._core.
+// Definitions of forces and sensors in sigmafmu._core.
 #include "elements.h"
 
 #include <nanobind/eigen/dense.h>
@@ -8,11 +8,38 @@
 #include <string>
 #include <utility>
 
+#include "model/sensor.h"
+
 namespace nb = nanobind;
 using namespace nb::literals;
 using namespace sigmafmu;
 
 namespace {
+
+void bind_sensors(nb::module_& m) {
+  nb::enum_<SensorType>(m, "SensorType").value("motion", SensorType::motion).value("imu", SensorType::imu);
+  nb::enum_<SensorAxes>(m, "SensorAxes")
+      .value("ground", SensorAxes::ground)
+      .value("reference", SensorAxes::reference)
+      .value("sensor", SensorAxes::sensor);
+  nb::class_<SensorDef>(m, "Sensor", "Tells how a frame of a body moves.")
+      .def(
+          "__init__",
+          [](SensorDef* s, std::string name, SensorType type, int body, const Frame& frame, int reference,
+             const Frame& reference_frame, SensorAxes axes) {
+            new (s) SensorDef{std::move(name), "", type, body, frame, reference, reference_frame, axes};
+          },
+          "name"_a, "type"_a, "body"_a, "frame"_a = Frame{}, "reference"_a = kGround, "reference_frame"_a = Frame{},
+          "axes"_a = SensorAxes::reference)
+      .def_ro("name", &SensorDef::name)
+      .def_rw("description", &SensorDef::description)
+      .def_ro("type", &SensorDef::type)
+      .def_ro("body", &SensorDef::body)
+      .def_ro("frame", &SensorDef::frame)
+      .def_ro("reference", &SensorDef::reference)
+      .def_ro("reference_frame", &SensorDef::reference_frame)
+      .def_ro("axes", &SensorDef::axes);
+}
 
 TwoPoints two_points(std::string name, int body1, const Vector3d& point1, int body2, const Vector3d& point2, int node1,
                      int node2) {
@@ -151,6 +178,7 @@ void bind_contacts(nb::module_& m) {
 }  // namespace
 
 void bind_elements(nb::module_& m) {
+  bind_sensors(m);
   bind_springs(m);
   nb::class_<FollowerForceDef>(m, "FollowerForce", "A force and a torque in the axes of a body.")
       .def(

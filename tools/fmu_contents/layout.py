@@ -79,6 +79,7 @@ class Layout:
             (entry["name"], self.bodies[entry["body"]].nodes[entry["nodes"]].mean(axis=0))
             for entry in mechanism.get("stations", [])
         ]
+        self.sensors = [self._sensor(entry) for entry in mechanism.get("sensors", [])]
         self.gravity = np.array(mechanism.get("gravity", (0, 0, 0)), dtype=float)
 
         span = float(np.linalg.norm(np.ptp(self.points, axis=0)))
@@ -95,7 +96,7 @@ class Layout:
     def points(self) -> np.ndarray:
         """Centres, nodes, and both points of joints and forces, n × 3."""
         links = [point for link in (*self.joints, *self.forces) for point in link.points]
-        links += [follower.point for follower in self.followers]
+        links += [follower.point for follower in self.followers] + [place for _, _, place, _ in self.sensors]
         nodes = [node for body in self.bodies.values() if body.nodes is not None for node in body.nodes]
         return np.array([body.centre for body in self.bodies.values()] + links + nodes)
 
@@ -113,6 +114,16 @@ class Layout:
             places.append((frame.get("position") or (0, 0, 0), frame.get("node", -1)))
             turns.append(_rotation(frame.get("orientation", {})))
         return self._link(entry, places, turns)
+
+    def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray]:
+        """Name, type, place and axes."""
+        frame, body = entry.get("frame", {}), self.bodies.get(entry["body"])
+        place, turn = np.array(frame.get("position", (0, 0, 0)), dtype=float), _rotation(frame.get("orientation", {}))
+        if body is not None:
+            node = frame.get("node", -1)
+            place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
+            turn = body.rotation @ turn
+        return entry["name"], entry["type"], place, turn
 
     def _follower(self, entry: dict[str, Any]) -> Follower:
         """A force that turns with its body."""

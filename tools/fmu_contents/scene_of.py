@@ -108,6 +108,9 @@ def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0) -> S
     for name, point in layout.stations:
         shown = name if len(layout.stations) <= STATIONS else ""
         scene.add([(ball(point, 2.4 * t), ORANGE)], shown, "", point, color="#a8641a")
+    for name, kind, point, axes in layout.sensors:
+        shown = name if len(layout.sensors) <= STATIONS else ""
+        scene.add(symbols.sensor(point, axes, t), shown, "IMU" if kind == "imu" else "", point, color="#3f6f73")
     return scene
 
 

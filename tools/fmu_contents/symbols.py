@@ -6,7 +6,7 @@ import numpy as np
 from layout import Link
 from solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
 
-GREY, DARK, ORANGE = "#b9bec4", "#5d646c", "#e0973f"
+GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
 Part = tuple[Faces, str]
 FOOT = 9.0
 """Length of a foot, in t."""
@@ -202,3 +202,10 @@ FORCES: dict[str, Callable[[Link, float, np.ndarray], Iterable[Part]]] = {
 def force(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """A force between two bodies; a coil for what acts between points."""
     return FORCES.get(link.type, spring_damper)(link, t, down)
+
+
+def sensor(point: np.ndarray, axes: np.ndarray, t: float) -> Iterable[Part]:
+    """A small cube and its three axes."""
+    yield box(point, (2.6 * t, 2.6 * t, 2.6 * t), axes), TEAL
+    for axis in axes.T:
+        yield cylinder(point, point + 5 * t * axis, 0.45 * t, 8), TEAL

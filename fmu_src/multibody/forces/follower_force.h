@@ -18,7 +18,7 @@ class FollowerForce final : public Force {
          [](const Force& f, const Kinematics& k, const Inputs&, double* x) {
            Vector3d::Map(x) = k[0].p_WB + k[0].R_WB * static_cast<const FollowerForce&>(f).point_;
          }},
-        {"power", 0, "Power", "Power of the element on its bodies", power_output},
+        {"power", 0, "Power", "Power of the element on its bodies", power_output, true},
         {"actuatorForce", 3, "Force", "Force at the point beside the constant one, in body axes", nullptr},
         {"actuatorTorque", 3, "Torque", "Torque beside the constant one, in body axes", nullptr},
     };

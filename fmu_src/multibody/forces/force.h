@@ -21,6 +21,7 @@ struct ForcePort {
   const char* type;  // of real_types()
   const char* description;
   void (*output)(const Force&, const Kinematics&, const Inputs&, double* values);  // null: an input
+  bool times_velocity = false;                                                     // as Port::times_velocity
 };
 
 // Sums of stiffnesses [N/m], [N m/rad].

@@ -21,7 +21,7 @@ const std::vector<ForcePort>& LineForce::ports() const {
          *x = self.tension(l.length, l.rate).value;
        }},
       {"energy", 0, "Energy", "Elastic energy", energy_output},
-      {"power", 0, "Power", "Power of the element on its bodies", power_output},
+      {"power", 0, "Power", "Power of the element on its bodies", power_output, true},
       {"actuatorForce", 0, "Force", "Tension of an actuator along the line, positive if it pulls", nullptr},
   };
   return table;

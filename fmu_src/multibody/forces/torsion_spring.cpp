@@ -22,7 +22,7 @@ const std::vector<ForcePort>& TorsionSpring::ports() const {
          *x = self.torque(twist(self.relative(k)));
        }},
       {"energy", 0, "Energy", "Elastic energy", energy_output},
-      {"power", 0, "Power", "Power of the element on its bodies", power_output},
+      {"power", 0, "Power", "Power of the element on its bodies", power_output, true},
       {"actuatorTorque", 0, "Torque", "Torque of an actuator about the axis on the second body", nullptr},
   };
   return table;

@@ -37,7 +37,9 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
     const std::string name = variable_name(d, def, p.name);
     if (p.output) {
       const int size = std::max(1, p.size);
+      const auto first = ports.ports().size();
       ports.outputs(ports.group(f, size, output, false, static_cast<int>(k)), 0, name, p.size, p.type, p.description);
+      if (p.times_velocity) ports.set_times_velocity(first);
     } else {
       ports.inputs(input, name, p.size, p.type, p.description);
       input += std::max(1, p.size);
