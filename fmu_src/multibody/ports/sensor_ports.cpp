@@ -64,7 +64,7 @@ void sensor_rate(const View& view, int i, int, double* x) {
 void sensor_ports(Ports& ports, int i) {
   const SensorDef& s = ports.mechanism.sensors[i];
   const std::string n = s.name + ".", of = s.description.empty() ? "" : ": " + s.description;
-  ports.owner(s.name, "sensor", sensor_type_names()[static_cast<int>(s.type)]);
+  ports.owner(s.name, "sensor", s.type == SensorType::imu ? "inertial" : "motion");
   if (s.type == SensorType::imu) {
     ports.outputs(i, n + "specificForce", 3, "Acceleration", "Acceleration less gravity, in the sensor's axes" + of,
                   specific_force, true);
