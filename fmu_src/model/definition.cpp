@@ -101,6 +101,9 @@ int MultibodyDef::add(LineSpringDef spring) { return append(line_springs, std::m
 int MultibodyDef::add(TableSpringDef spring) { return append(table_springs, std::move(spring)); }
 int MultibodyDef::add(TorsionSpringDef spring) { return append(torsion_springs, std::move(spring)); }
 int MultibodyDef::add(BushingDef bushing) { return append(bushings, std::move(bushing)); }
+int MultibodyDef::add(BearingDef bearing) { return append(bearings, std::move(bearing)); }
+int MultibodyDef::add(DragDef drag) { return append(drags, std::move(drag)); }
+int MultibodyDef::add(CloudContactDef contact) { return append(cloud_contacts, std::move(contact)); }
 int MultibodyDef::add(FollowerForceDef force) { return append(follower_forces, std::move(force)); }
 int MultibodyDef::add(PlaneContactDef contact) { return append(plane_contacts, std::move(contact)); }
 int MultibodyDef::add(SphereContactDef contact) { return append(sphere_contacts, std::move(contact)); }

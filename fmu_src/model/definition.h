@@ -140,9 +140,12 @@ struct MultibodyDef {
   std::vector<TableSpringDef> table_springs;
   std::vector<TorsionSpringDef> torsion_springs;
   std::vector<BushingDef> bushings;
+  std::vector<BearingDef> bearings;
   std::vector<FollowerForceDef> follower_forces;
+  std::vector<DragDef> drags;
   std::vector<PlaneContactDef> plane_contacts;
   std::vector<SphereContactDef> sphere_contacts;
+  std::vector<CloudContactDef> cloud_contacts;
   std::vector<LoadDef> loads;
   std::vector<JointSpringDef> joint_springs;
   std::vector<DriveDef> drives;
@@ -159,9 +162,12 @@ struct MultibodyDef {
   int add(TableSpringDef spring);
   int add(TorsionSpringDef spring);
   int add(BushingDef bushing);
+  int add(BearingDef bearing);
   int add(FollowerForceDef force);
+  int add(DragDef drag);
   int add(PlaneContactDef contact);
   int add(SphereContactDef contact);
+  int add(CloudContactDef contact);
   int add(LoadDef load);
   int add(JointSpringDef spring);
   int add(DriveDef drive);

@@ -5,7 +5,10 @@
 
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/constraints/drive.h"
+#include "multibody/forces/bearing.h"
 #include "multibody/forces/bushing.h"
+#include "multibody/forces/cloud_contact.h"
+#include "multibody/forces/drag.h"
 #include "multibody/forces/follower_force.h"
 #include "multibody/forces/joint_spring.h"
 #include "multibody/forces/line_spring.h"
@@ -185,6 +188,11 @@ class System::Builder {
   void force(const TableSpringDef& d, int) { force(std::make_unique<TableSpring>(d), points_of(d)); }
   void force(const TorsionSpringDef& d, int index) { force(std::make_unique<TorsionSpring>(d, index), points_of(d)); }
   void force(const BushingDef& d, int index) { force(std::make_unique<Bushing>(d, index), points_of(d)); }
+  void force(const BearingDef& d, int index) { force(std::make_unique<Bearing>(d, index), points_of(d)); }
+  void force(const DragDef& d, int index) { force(std::make_unique<Drag>(d, index), points_of(d)); }
+  void force(const CloudContactDef& d, int index) {
+    force(std::make_unique<CloudContact>(d, index), {frame(d.body1, d.frame1.node), frame(d.body2, d.node2)});
+  }
   void force(const FollowerForceDef& d, int index) { force(std::make_unique<FollowerForce>(d, index), points_of(d)); }
   void force(const PlaneContactDef& d, int index) { force(std::make_unique<PlaneContact>(d, index), points_of(d)); }
   void force(const SphereContactDef& d, int index) { force(std::make_unique<SphereContact>(d, index), points_of(d)); }

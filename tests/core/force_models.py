@@ -45,15 +45,17 @@ class Motion:
     axes: np.ndarray
     velocity: np.ndarray
     w: np.ndarray
+    origin: np.ndarray | None = None
+    """Where it is in its body or node."""
 
 
 def rigid_motion(place, twist, end):
     """Of a frame of a rigid body with seven coordinates and (v in W, w in B); of the ground: None."""
     if end.body == GROUND:
-        return Motion(end.origin, end.axes, np.zeros(3), np.zeros(3))
+        return Motion(end.origin, end.axes, np.zeros(3), np.zeros(3), end.origin)
     turn = rotation_of(place).as_matrix()
     lever, w = turn @ end.origin, turn @ twist[3:]
-    return Motion(place[:3] + lever, turn @ end.axes, twist[:3] + np.cross(w, lever), w)
+    return Motion(place[:3] + lever, turn @ end.axes, twist[:3] + np.cross(w, lever), w, end.origin)
 
 
 TENTH = {1: 5 / 6, 2: -5 / 21, 3: 5 / 84, 4: -5 / 504, 5: 1 / 1260}
@@ -69,6 +71,7 @@ def sharp_derivative(f, h=5e-3):
 
 class LineSpring:
     kind, inputs, frames, key = _core.LineSpring, 1, False, "line_springs"
+    single = False
 
     @staticmethod
     def make(rng, name, one, two, a, b):
@@ -123,6 +126,7 @@ class TableSpring(LineSpring):
 
 class TorsionSpring:
     kind, inputs, frames, key = _core.TorsionSpring, 1, True, "torsion_springs"
+    single = False
 
     @staticmethod
     def make(rng, name, one, two, a, b):
@@ -150,6 +154,7 @@ class TorsionSpring:
 
 class Bushing:
     kind, inputs, frames, key = _core.Bushing, 0, True, "bushings"
+    single = False
 
     @staticmethod
     def make(rng, name, one, two, a, b):
@@ -191,8 +196,39 @@ class Bushing:
         return rate @ cls.matrices(d)[1] @ rate
 
 
+class Bearing:
+    kind, inputs, frames, key = _core.Bearing, 0, True, "bearings"
+    single = False
+
+    @staticmethod
+    def make(rng, name, one, two, a, b):
+        constants = (*rng.uniform(5, 20, (2, 3)), *rng.uniform(-3, 3, (2, 2)))
+        return _core.Bearing(name, one.body, one.frame(), two.body, two.frame(), *constants)
+
+    @staticmethod
+    def state(d, a, b):
+        """Displacement, its rate, K and C, in the axes of the first frame."""
+        gap = a.axes.T @ (b.o - a.o)
+        rate = a.axes.T @ (b.velocity - a.velocity) - np.cross(a.axes.T @ a.w, gap)
+        matrices = []
+        for diagonal, (xy, yx) in ((d.stiffness, d.cross_stiffness), (d.damping, d.cross_damping)):
+            matrices.append(np.diag(diagonal) + np.array([[0, xy, 0], [yx, 0, 0], [0, 0, 0]]))
+        return gap, rate, *matrices
+
+    @classmethod
+    def wrench(cls, d, a, b, u):
+        gap, rate, stiffness, damping = cls.state(d, a, b)
+        return a.axes @ -(stiffness @ gap + damping @ rate), np.zeros(3)
+
+    @classmethod
+    def lost(cls, d, a, b):
+        gap, rate, stiffness, damping = cls.state(d, a, b)
+        return rate @ damping @ rate + rate @ (stiffness - stiffness.T) @ gap / 2
+
+
 class FollowerForce:
     kind, inputs, frames, key = _core.FollowerForce, 6, False, "follower_forces"
+    single = True
 
     @staticmethod
     def make(rng, name, one, two, a, b):
@@ -208,8 +244,29 @@ class FollowerForce:
         return -(force @ b.velocity + torque @ b.w)
 
 
+class Drag:
+    kind, inputs, frames, key = _core.Drag, 0, False, "drags"
+    single = True
+
+    @staticmethod
+    def make(rng, name, one, two, a, b):
+        return _core.Drag(name, two.body, two.origin, *rng.uniform(0, 3, (2, 3)), rng.uniform(-1, 1, 3), two.node)
+
+    @staticmethod
+    def wrench(d, a, b, u):
+        against, w = b.velocity - d.flow, b.w
+        force = -np.linalg.norm(against) * b.axes @ (d.coefficient * (b.axes.T @ against))
+        return force, -np.linalg.norm(w) * b.axes @ (d.rotational * (b.axes.T @ w))
+
+    @classmethod
+    def lost(cls, d, a, b):
+        force, torque = cls.wrench(d, a, b, ())
+        return -(force @ b.velocity + torque @ b.w)
+
+
 class PlaneContact:
     kind, inputs, frames, key = _core.PlaneContact, 0, True, "plane_contacts"
+    single = False
     surface = (300.0, 0.05, 0.4, 0.3)
 
     @classmethod
@@ -268,9 +325,53 @@ class SphereContact(PlaneContact):
         return d.radius1 + d.radius2 - apart, x / apart, 1 / (1 / d.radius1 + 1 / d.radius2), d.radius2
 
 
+class CloudContact(PlaneContact):
+    kind, key = _core.CloudContact, "cloud_contacts"
+
+    @classmethod
+    def make(cls, rng, name, one, two, a, b):
+        above = a.axes[:, 2] @ (b.o - a.o)
+        points = [two.origin + x for x in rng.uniform(-0.3, 0.3, (4, 3))]
+        surface = _core.ContactSurface(*cls.surface)
+        ends = (one.body, one.frame(), two.body, points, above + rng.uniform(1.1, 1.3))
+        return _core.CloudContact(name, *ends, surface, two.node)
+
+    @classmethod
+    def parts(cls, d, a, b):
+        """A plane contact for each point, and where its centre is."""
+        for point in d.points2:
+            lever = b.axes @ (point - b.origin)
+            at = Motion(b.o + lever, b.axes, b.velocity + np.cross(b.w, lever), b.w)
+            yield PlaneContact.contact(d, a, at), lever, at
+
+    @classmethod
+    def wrench(cls, d, a, b, u):
+        force, torque = np.zeros(3), np.zeros(3)
+        for (normal, _, friction, n, point, _), lever, _ in cls.parts(d, a, b):
+            part = normal * n + friction
+            force = force + part
+            torque = torque + np.cross(lever + point, part)
+        return force, torque
+
+    @classmethod
+    def lost(cls, d, a, b):
+        return sum(PlaneContact.lost(d, a, at) for _, _, at in cls.parts(d, a, b))
+
+
 ELEMENTS = {
     model.kind.__name__: model
-    for model in (LineSpring, TableSpring, TorsionSpring, Bushing, FollowerForce, PlaneContact, SphereContact)
+    for model in (
+        LineSpring,
+        TableSpring,
+        TorsionSpring,
+        Bushing,
+        Bearing,
+        FollowerForce,
+        Drag,
+        PlaneContact,
+        SphereContact,
+        CloudContact,
+    )
 }
 
 
@@ -304,7 +405,7 @@ class World:
         """Exact for a rigid body, else by differences."""
         if end.body == GROUND or end.body not in self.clouds:
             return rigid_motion(q[7 * end.body :][:7], v[6 * end.body :][:6], end)
-        return moved(lambda t: self.pose(self.system.compose(q, t * v), end))
+        return moved(lambda t: self.pose(self.system.compose(q, t * v), end), end.origin)
 
     def motions(self, q, v):
         return [self.motion(q, v, end) for end in self.ends]
@@ -320,12 +421,12 @@ class World:
         return self.bare.residual(q, v, zero, np.zeros(0), none) - with_it
 
 
-def moved(pose_at):
+def moved(pose_at, origin):
     """Motion of a frame from its pose as a function of time."""
     at = pose_at(0.0)
     rate = sharp_derivative(pose_at)
     turning = rate[:3, :3] @ at[:3, :3].T
-    return Motion(at[:3, 3], at[:3, :3], rate[:3, 3], np.array([turning[2, 1], turning[0, 2], turning[1, 0]]))
+    return Motion(at[:3, 3], at[:3, :3], rate[:3, 3], np.array([turning[2, 1], turning[0, 2], turning[1, 0]]), origin)
 
 
 def pose_of(system, clouds, q, end):
@@ -354,7 +455,7 @@ def make_world(rng, model, between, speed=1.0):
     """Two bodies at random places; those with nodes are flexible."""
     definition, without, clouds = _core.Multibody(), _core.Multibody(), {}
     ends = BETWEEN[between]
-    if model.kind is _core.FollowerForce and ends[1][0] == GROUND:
+    if model.single and ends[1][0] == GROUND:
         ends = ends[::-1]
     zetas = []
     for i in range(2):
@@ -369,14 +470,14 @@ def make_world(rng, model, between, speed=1.0):
     bare = _core.System(without)
     v = rng.uniform(-speed, speed, bare.velocity_size)
     turns = [Rotation.random(rng=rng).as_matrix() if model.frames else np.eye(3) for _ in range(2)]
-    if model.kind is _core.PlaneContact:
+    if model.kind in (_core.PlaneContact, _core.CloudContact):
         turns[1] = np.eye(3)
     ends = [End(*end, rng.uniform(-0.5, 0.5, 3), turn) for end, turn in zip(ends, turns, strict=True)]
     poses = [pose_of(bare, clouds, q, end) for end in ends]
     apart = poses[1][:3, 3] - poses[0][:3, 3]
     if np.linalg.norm(apart) < 0.4:  # near the singularity of what needs a direction
         return make_world(rng, model, between, speed)
-    if model.kind is _core.PlaneContact and poses[0][:3, 2] @ apart < 0.2:
+    if model.kind in (_core.PlaneContact, _core.CloudContact) and poses[0][:3, 2] @ apart < 0.2:
         return make_world(rng, model, between, speed)
     relative = Rotation.from_matrix(poses[0][:3, :3].T @ poses[1][:3, :3])
     if model.kind in (_core.TorsionSpring, _core.Bushing) and relative.magnitude() > 2.6:

@@ -180,6 +180,33 @@ def test_a_block_slides_down_a_slope():
     assert run.state.v[:3] @ DOWN == pytest.approx(expected[1], abs=1e-5)
 
 
+def test_a_cloud_of_points_is_as_many_contacts():
+    """The same block on one element with three points, thrown onto the slope so that each of them bounces."""
+    one = on_slope(0.4, 1e-2)
+    feet = one.multibody.plane_contacts
+    both = []
+    for cloud in (False, True):
+        mechanism = _core.Mechanism("Throw")
+        block = one.multibody.bodies[0]
+        block.initial_position = block.initial_position + UP.apply([0.0, 0.0, 0.05])
+        block.initial_angular_velocity = np.array([1.0, -2.0, 0.5])
+        mechanism.multibody.add(block)
+        mechanism.multibody.gravity = one.multibody.gravity
+        if cloud:
+            points = [foot.point2 for foot in feet]
+            hull = _core.CloudContact("hull", GROUND, feet[0].frame1, 0, points, RADIUS, feet[0].surface)
+            mechanism.multibody.add(hull)
+        else:
+            for foot in feet:
+                mechanism.multibody.add(foot)
+        run = _core.Simulation(mechanism)
+        run.advance(2e-4, 2000)
+        both.append(run.state)
+        assert np.abs(run.state.v[3:]).max() > 0.1
+    np.testing.assert_allclose(both[1].q, both[0].q, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(both[1].v, both[0].v, rtol=0, atol=1e-8)
+
+
 def test_a_ball_rolls_down_a_slope():
     """With 5/7 of the acceleration of a block without friction; it slips at the velocity that friction asks for."""
     slip = 1e-3

@@ -95,19 +95,25 @@ def test_keys_of_the_page():
         "table_spring": ends | {"length", "force", "rate", "rate_force"},
         "torsion_spring": frames | {"stiffness", "damping", "rest"},
         "bushing": frames | bushing | {"stiffness_coupling", "damping_coupling"},
+        "bearing": frames | {"stiffness", "damping", "cross_stiffness", "cross_damping"},
         "follower_force": {"body", "point", "force", "torque"},
+        "drag": {"body", "point", "coefficient", "rotational", "flow"},
         "plane_contact": {"bodies", "frame1", "point2", "radius"} | surface,
         "sphere_contact": ends | {"radius1", "radius2"} | surface,
+        "cloud_contact": {"bodies", "frame1", "points2", "radius"} | surface,
     }
 
 
-TYPES = "spring_damper, line_spring, table_spring, torsion_spring, bushing, follower_force, plane_contact"
+TYPES = (
+    "spring_damper, line_spring, table_spring, torsion_spring, bushing, bearing, follower_force, drag, plane_contact, "
+    "sphere_contact"
+)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"type": "rope"}, f'forces[1].type is "rope"; it must be {TYPES} or sphere_contact.'),
+        ({"type": "rope"}, f'forces[1].type is "rope"; it must be {TYPES} or cloud_contact.'),
         ({"free_lenght": 1}, "forces[1].free_lenght is unknown; the keys here are name, type, bodies, point1, point2,"),
         ({"type": None}, "forces[1].type is null; it must be spring_damper,"),
         ({"bodies": ["one"]}, "forces[1].bodies has 1 entries; it must have 2."),
@@ -139,6 +145,9 @@ VARIABLES = {
     "TorsionSpring": "angle angularRate torque actuatorTorque stiffness damping rest energy power",
     "Bushing": "displacement* rotation* force* torque* stiffness* damping* torsionalStiffness* torsionalDamping* "
     "energy power",
+    "Bearing": "displacement* force* stiffness* damping* crossStiffness+ crossDamping+ energy power",
+    "Drag": "force* coefficient* rotational* flow* power",
+    "CloudContact": f"gap normalForce force* {SURFACE} energy power",
     "FollowerForce": "position* force* torque* actuatorForce* actuatorTorque* power",
     "PlaneContact": f"gap normalForce force* {SURFACE} energy power",
     "SphereContact": f"gap normalForce force* {SURFACE} energy power",
@@ -151,14 +160,15 @@ def test_variables(element):
     names = [name for name in _core.Slave(mechanism_of(made)).names if name.startswith("element.")]
     expected = []
     for name in VARIABLES[element].split():
-        expected += [f"element.{name[:-1]}[{i}]" for i in (1, 2, 3)] if name[-1] == "*" else [f"element.{name}"]
+        size = {"*": 3, "+": 2}.get(name[-1], 0)
+        expected += [f"element.{name[:-1]}[{i + 1}]" for i in range(size)] if size else [f"element.{name}"]
     assert sorted(names) == sorted(expected)
 
 
 @every_element
 def test_names_of_variables_are_no_names_of_elements(element):
     made = make_world(np.random.default_rng(1), ELEMENTS[element], "two bodies").element
-    for name in VARIABLES[element].replace("*", "").split():
+    for name in re.sub(r"[*+]", "", VARIABLES[element]).split():
         mechanism = mechanism_of(made, _core.Load(f"element.{name}", 0, ZERO, ZERO))
         with pytest.raises(ValueError, match=f"^element.{name} is the name of a load; variables of element may have"):
             mechanism.validate()
@@ -200,6 +210,10 @@ def bushing(stiffness=(1, 1, 1), torsional=(1, 1, 1), coupling=()):
 
 def plane(radius=0.1, frame=FRAME, **surface):
     return _core.PlaneContact("floor", GROUND, frame, 0, ZERO, radius, _core.ContactSurface(**surface))
+
+
+def cloud(points):
+    return _core.CloudContact("hull", GROUND, FRAME, 0, points, 0.1, _core.ContactSurface())
 
 
 def spheres(*radii):
@@ -279,6 +293,18 @@ REFUSED = {
     "modulus": (plane(modulus=-1.0), "floor.modulus is -1 Pa; it must not be negative."),
     "slip velocity": (plane(slip_velocity=0.0), "floor.slipVelocity is 0 m/s; it must be positive and finite."),
     "plane": (plane(frame=SKEW), "floor.frame1.axes are (2, 0, 0), (0, 2, 0), (0, 0, 2); they must be orthonormal"),
+    "cross-coupling": (
+        _core.Bearing("seal", 0, FRAME, 1, FRAME, ZERO, ZERO, np.array([0.0, np.nan])),
+        "seal.crossStiffness[2] is nan N/m; it must be finite.",
+    ),
+    "bearing": (_core.Bearing("seal", 0, FRAME, 1, FRAME, -np.ones(3)), "seal.stiffness[1] is -1 N/m; it must not be"),
+    "drag": (_core.Drag("air", 0, ZERO, -np.ones(3)), "air.coefficient[1] is -1 kg/m; it must not be negative."),
+    "drag of the ground": (_core.Drag("air", GROUND, ZERO, np.ones(3)), "air acts on body -1; allowed are 0 to 1."),
+    "no points": (cloud([]), "hull has no points; it must have at least one."),
+    "point of a cloud": (
+        cloud([ZERO, np.array([0, 0, np.inf])]),
+        "hull.points2[2][3] is inf m; it must be finite.",
+    ),
     "second radius": (spheres(1.0, -1.0), "hit.radius2 is -1 m; it must be positive and finite."),
 }
 

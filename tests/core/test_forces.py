@@ -30,7 +30,7 @@ def test_forces_are_those_of_the_definition(element, between, seed):
     powers = []
     for velocity in np.eye(len(world.v)):
         one, two = world.motions(world.q, velocity)
-        if element == "FollowerForce":
+        if world.model.single:
             powers.append(force @ two.velocity + torque @ two.w)
             continue
         at_second = one.velocity + np.cross(one.w, b.o - a.o)
@@ -61,8 +61,8 @@ def test_derivatives(element, between, seed):
 @every_element
 @property_test(50, seed=seeds)
 def test_forces_and_moments_on_both_bodies_are_opposite(element, seed):
-    if element == "FollowerForce":
-        return  # which acts on one
+    if ELEMENTS[element].single:
+        return  # which acts on one body
     rng, world = world_of(seed, element, "two bodies")
     forces = world.forces(world.q, world.v, rng.uniform(-5, 5, world.model.inputs)).reshape(2, 6)
     assert np.abs(forces).max() > 0
@@ -90,7 +90,8 @@ def test_power_is_what_energy_and_losses_leave(element, between, seed):
     lost = world.model.lost(world.element, *world.motions(world.q, world.v))
     size = abs(power) + abs(lost) + abs(stored(0.0)) + np.abs(world.forces(world.q, world.v, own)).max()
     assert_close(sharp_derivative(stored) + lost, -power, 1e-12, size)
-    assert lost >= -1e-12 * size or element in ("FollowerForce", "TableSpring")  # which may drive
+    may_drive = element in ("FollowerForce", "TableSpring", "Bearing", "Drag")  # cross-coupling, a medium that flows
+    assert lost >= -1e-12 * size or may_drive
 
 
 @every_element
@@ -110,7 +111,7 @@ def test_outputs(element, seed):
     assert_close(values["element.power"], forces @ world.v, 1e-13, size)
     still = np.zeros_like(world.v)
     stored = world.system.energy(world.q, still) - world.bare.energy(world.q, still)
-    if element != "FollowerForce":
+    if not world.model.single:
         assert_close(values["element.energy"], stored, 1e-14, abs(stored) + 1)
     a, b = world.motions(world.q, world.v)
     force, torque = world.model.wrench(world.element, a, b, np.zeros(world.model.inputs))
@@ -135,8 +136,18 @@ def test_outputs(element, seed):
         assert_close(vector("rotation"), x[3:], 1e-14)
         assert_close(vector("force"), a.axes.T @ force, 1e-11, size)
         assert_close(vector("torque"), a.axes.T @ torque, 1e-11, size)
+    elif element == "Bearing":
+        assert_close(vector("displacement"), a.axes.T @ gap, 1e-14)
+        assert_close(vector("force"), a.axes.T @ force, 1e-13, size)
     elif element == "FollowerForce":
         assert_close(vector("position"), b.o, 1e-15)
+    elif element == "Drag":
+        assert_close(vector("force"), force, 1e-13, size)
+    elif element == "CloudContact":
+        depths = [world.model.geometry(world.element, a, at)[0] for _, _, at in world.model.parts(world.element, a, b)]
+        assert_close(values["element.gap"], -max(depths), 1e-14)
+        assert_close(values["element.normalForce"], force @ a.axes[:, 2], 1e-12, size)
+        assert_close(vector("force"), force, 1e-12, size)
     else:
         depth, normal, *_ = world.model.geometry(world.element, a, b)
         assert_close(values["element.gap"], -depth, 1e-14)
@@ -174,7 +185,7 @@ def test_newton_and_euler_of_bodies_in_joints(element, seed):
         joint = turn.apply(definition.joints[i].frame2.origin)
         forces = reaction + body.mass * definition.gravity
         moments = moment + np.cross(joint, reaction)
-        sign = 1.0 if i == 1 else 0.0 if element == "FollowerForce" else -1.0
+        sign = 1.0 if i == 1 else 0.0 if world.model.single else -1.0
         forces = forces + sign * force
         moments = moments + sign * (torque + np.cross(b.o - world.q[7 * i : 7 * i + 3], force))
         size = np.abs(multipliers).max() + np.linalg.norm(force) + np.linalg.norm(torque)

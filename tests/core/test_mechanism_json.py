@@ -260,7 +260,7 @@ WRONG = {
     "type of a force": (
         change("forces", to=[{"name": "s", "type": "spring", "bodies": ["rod", "ground"]}]),
         'forces[0].type is "spring"; it must be spring_damper, line_spring, table_spring, torsion_spring, bushing, '
-        "follower_force, plane_contact or sphere_contact.",
+        "bearing, follower_force, drag, plane_contact, sphere_contact or cloud_contact.",
     ),
     "load": (change("loads", to=[{"name": "w"}]), "loads[0].body is missing."),
     "setting": (

@@ -75,9 +75,12 @@ def forces_of_all_types(one, two):
         {"name": "curve", "type": "table_spring", "length": [0.0, 1.0], "force": [0.0, 9.0], **points},
         {"name": "coil2", "type": "torsion_spring", "stiffness": 5.0, **frames},
         {"name": "pad", "type": "bushing", "stiffness": [5.0, 5.0, 5.0], **frames},
+        {"name": "seal", "type": "bearing", "stiffness": [5.0, 5.0, 5.0], **frames},
+        {"name": "air", "type": "drag", "body": two, "coefficient": [1.0, 1.0, 1.0]},
         {"name": "jet", "type": "follower_force", "body": two, "point": [0.0, 0.1, 0.0], "force": [0.0, 5.0, 0.0]},
         {"name": "floor", "type": "plane_contact", "bodies": ["ground", two], "radius": 0.2},
         {"name": "hit", "type": "sphere_contact", "radius1": 0.2, "radius2": 0.2, **points},
+        {"name": "hull", "type": "cloud_contact", "bodies": ["ground", two], "points2": [[0, 0, 0]], "radius": 0.2},
     ]
 
 

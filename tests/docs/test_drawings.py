@@ -144,9 +144,10 @@ def test_symbols_of_forces_differ():
         faces = np.concatenate([faces for faces, _ in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
         shapes[link.type] = faces.tobytes()
     assert shapes["line_spring"] == shapes["table_spring"]
-    assert len(shapes) == 6
-    assert len(set(shapes.values())) == 5
-    (jet,) = layout.followers
+    assert shapes["plane_contact"] == shapes["cloud_contact"]
+    assert len(shapes) == 8
+    assert len(set(shapes.values())) == 6
+    _, jet = layout.followers
     assert jet.point == pytest.approx([0.5, 0.3, 0.0])
 
 

@@ -131,6 +131,41 @@ void bind_springs(nb::module_& m) {
       .def_rw("damping_coupling", &BushingDef::damping_coupling, "6 x 6, symmetric, zeros on the diagonal.");
 }
 
+void bind_bearing_and_drag(nb::module_& m) {
+  const Vector3d zero = Vector3d::Zero();
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+  between_frames<BearingDef>(m, "Bearing", "Bearing or seal with cross-coupling, in the axes of the first frame.")
+      .def(
+          "__init__",
+          [](BearingDef* b, std::string name, int body1, const Frame& frame1, int body2, const Frame& frame2,
+             const Vector3d& stiffness, const Vector3d& damping, const Eigen::Vector2d& cross_stiffness,
+             const Eigen::Vector2d& cross_damping) {
+            new (b) BearingDef{
+                {std::move(name), body1, frame1, body2, frame2}, stiffness, damping, cross_stiffness, cross_damping};
+          },
+          "name"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "stiffness"_a, "damping"_a = zero,
+          "cross_stiffness"_a = none, "cross_damping"_a = none)
+      .def_rw("stiffness", &BearingDef::stiffness)
+      .def_rw("damping", &BearingDef::damping)
+      .def_rw("cross_stiffness", &BearingDef::cross_stiffness, "(k_xy, k_yx)")
+      .def_rw("cross_damping", &BearingDef::cross_damping, "(c_xy, c_yx)");
+  nb::class_<DragDef>(m, "Drag", "Quadratic drag at a point of a body.")
+      .def(
+          "__init__",
+          [](DragDef* d, std::string name, int body, const Vector3d& point, const Vector3d& coefficient,
+             const Vector3d& rotational, const Vector3d& flow,
+             int node) { new (d) DragDef{std::move(name), body, point, coefficient, rotational, flow, node}; },
+          "name"_a, "body"_a, "point"_a, "coefficient"_a, "rotational"_a = zero, "flow"_a = zero,
+          "node"_a = kFloatingFrame)
+      .def_ro("name", &DragDef::name)
+      .def_ro("body", &DragDef::body)
+      .def_ro("point", &DragDef::point)
+      .def_ro("node", &DragDef::node)
+      .def_rw("coefficient", &DragDef::coefficient)
+      .def_rw("rotational", &DragDef::rotational)
+      .def_rw("flow", &DragDef::flow, "Velocity of the medium, in W.");
+}
+
 void bind_contacts(nb::module_& m) {
   nb::class_<ContactSurface>(m, "ContactSurface", "What surfaces that touch are made of.")
       .def(
@@ -160,6 +195,22 @@ void bind_contacts(nb::module_& m) {
       .def_ro("node2", &PlaneContactDef::node2)
       .def_rw("radius", &PlaneContactDef::radius)
       .def_rw("surface", &PlaneContactDef::surface);
+  nb::class_<CloudContactDef>(m, "CloudContact", "Spheres about many points of body 2 on the plane z = 0 of body 1.")
+      .def(
+          "__init__",
+          [](CloudContactDef* c, std::string name, int body1, const Frame& frame1, int body2,
+             std::vector<Vector3d> points2, double radius, const ContactSurface& surface, int node2) {
+            new (c) CloudContactDef{std::move(name), body1, frame1, body2, std::move(points2), radius, surface, node2};
+          },
+          "name"_a, "body1"_a, "frame1"_a, "body2"_a, "points2"_a, "radius"_a, "surface"_a, "node2"_a = kFloatingFrame)
+      .def_ro("name", &CloudContactDef::name)
+      .def_ro("body1", &CloudContactDef::body1)
+      .def_ro("frame1", &CloudContactDef::frame1)
+      .def_ro("body2", &CloudContactDef::body2)
+      .def_ro("points2", &CloudContactDef::points2)
+      .def_ro("node2", &CloudContactDef::node2)
+      .def_rw("radius", &CloudContactDef::radius)
+      .def_rw("surface", &CloudContactDef::surface);
   between_points<SphereContactDef>(m, "SphereContact", "Two spheres that touch.")
       .def(
           "__init__",
@@ -194,6 +245,7 @@ void bind_elements(nb::module_& m) {
       .def_ro("node", &FollowerForceDef::node)
       .def_rw("force", &FollowerForceDef::force)
       .def_rw("torque", &FollowerForceDef::torque);
+  bind_bearing_and_drag(m);
   bind_contacts(m);
 }
 
@@ -202,14 +254,20 @@ void bind_element_lists(nb::class_<MultibodyDef>& c) {
       .def_ro("table_springs", &MultibodyDef::table_springs)
       .def_ro("torsion_springs", &MultibodyDef::torsion_springs)
       .def_ro("bushings", &MultibodyDef::bushings)
+      .def_ro("bearings", &MultibodyDef::bearings)
       .def_ro("follower_forces", &MultibodyDef::follower_forces)
+      .def_ro("drags", &MultibodyDef::drags)
+      .def_ro("cloud_contacts", &MultibodyDef::cloud_contacts)
       .def_ro("plane_contacts", &MultibodyDef::plane_contacts)
       .def_ro("sphere_contacts", &MultibodyDef::sphere_contacts)
       .def("add", nb::overload_cast<LineSpringDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<TableSpringDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<TorsionSpringDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<BushingDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<BearingDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<FollowerForceDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<DragDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<CloudContactDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<PlaneContactDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<SphereContactDef>(&MultibodyDef::add));
 }

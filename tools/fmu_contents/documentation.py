@@ -68,8 +68,10 @@ def _html(text: str) -> Markup:
 def _limits(description: Description) -> list[Markup]:
     """Sentences about what a model of this mechanism leaves out, and when its internal step changes."""
     flexible, joints = description.owners("body", "flexible"), description.owners("joint")
-    springs = description.owners("force", "spring-damper", "line spring", "table spring", "torsion spring", "bushing")
-    contacts = description.owners("force", "plane contact", "sphere contact")
+    springs = description.owners(
+        "force", "spring-damper", "line spring", "table spring", "torsion spring", "bushing", "bearing"
+    )
+    contacts = description.owners("force", "plane contact", "sphere contact", "cloud contact")
     if flexible:
         names = Markup(" and ").join(Markup("<code>{}</code>").format(name) for name in flexible)
         others = "every other body is rigid" if description.owners("body", "rigid") else "there is no rigid body"

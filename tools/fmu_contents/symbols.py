@@ -180,6 +180,13 @@ def bushing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     yield cylinder(point - 3.4 * t * z, point + 3.4 * t * z, 1.2 * t), DARK
 
 
+def bearing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A journal about z of the first frame, and its shell."""
+    z, point = link.axes[0][:, 2], link.points[1]
+    yield cylinder(point - 5 * t * z, point + 5 * t * z, 1.4 * t), DARK
+    yield cylinder(point - 1.6 * t * z, point + 1.6 * t * z, 3.4 * t), ORANGE
+
+
 def plane_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """A plate of the plane, below the sphere."""
     z = link.axes[0][:, 2]
@@ -195,8 +202,9 @@ def sphere_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
 
 
 FORCES: dict[str, Callable[[Link, float, np.ndarray], Iterable[Part]]] = {
-    f.__name__: f for f in (torsion_spring, bushing, plane_contact, sphere_contact)
+    f.__name__: f for f in (torsion_spring, bushing, bearing, plane_contact, sphere_contact)
 }
+FORCES["cloud_contact"] = plane_contact
 
 
 def force(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:

@@ -8,7 +8,10 @@
 #include <type_traits>
 #include <utility>
 
+#include "model/elements/bearing.h"
 #include "model/elements/bushing.h"
+#include "model/elements/cloud_contact.h"
+#include "model/elements/drag.h"
 #include "model/elements/follower_force.h"
 #include "model/elements/joint_spring.h"
 #include "model/elements/line_spring.h"
@@ -31,9 +34,12 @@ void for_each_force_list(Any& d, Use use) {
   use("forces", d.table_springs);
   use("forces", d.torsion_springs);
   use("forces", d.bushings);
+  use("forces", d.bearings);
   use("forces", d.follower_forces);
+  use("forces", d.drags);
   use("forces", d.plane_contacts);
   use("forces", d.sphere_contacts);
+  use("forces", d.cloud_contacts);
   use("joint_springs", d.joint_springs);
 }
 
