@@ -202,10 +202,13 @@ class Reader {
     if (!found) return;
     const std::string name = joined(path_, key);
     json::list(*found, name, found->size());
+    const std::vector<std::string> types = types_in_list(key);
     for (std::size_t i = 0; i < found->size(); ++i) {
       const Json& entry = (*found)[i];
       if constexpr (HasType<T>::value) {
-        if (type_in_list(key, entry, at(name, i)) != T::kType) continue;
+        int type = 0;
+        Reader(entry, at(name, i), elements_).choice("type", type, types, 0);
+        if (types[static_cast<std::size_t>(type)] != T::kType) continue;
       }
       T x;
       read(entry, at(name, i), x);
@@ -277,12 +280,6 @@ class Reader {
  private:
   static void note(const std::string& name, std::map<std::string, int>& known) {
     known.emplace(name, static_cast<int>(known.size()));
-  }
-  std::string type_in_list(const std::string& key, const Json& entry, const std::string& name) const {
-    const std::vector<std::string> words = types_in_list(key);
-    int type = 0;
-    Reader(entry, name, elements_).choice("type", type, words, 0);
-    return words[static_cast<std::size_t>(type)];
   }
   const Json* find(const std::string& key) {
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.push_back(key);

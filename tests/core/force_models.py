@@ -327,6 +327,7 @@ class SphereContact(PlaneContact):
 
 class CloudContact(PlaneContact):
     kind, key = _core.CloudContact, "cloud_contacts"
+    surface = (20.0, 0.05, 0.4, 0.3)
 
     @classmethod
     def make(cls, rng, name, one, two, a, b):

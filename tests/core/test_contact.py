@@ -183,13 +183,12 @@ def test_a_block_slides_down_a_slope():
 def test_a_cloud_of_points_is_as_many_contacts():
     """The same block on one element with three points, thrown onto the slope so that each of them bounces."""
     one = on_slope(0.4, 1e-2)
-    feet = one.multibody.plane_contacts
+    feet, block = one.multibody.plane_contacts, one.multibody.bodies[0]
+    block.initial_position = block.initial_position + UP.apply([0.0, 0.0, 0.05])
+    block.initial_angular_velocity = np.array([1.0, -2.0, 0.5])
     both = []
     for cloud in (False, True):
         mechanism = _core.Mechanism("Throw")
-        block = one.multibody.bodies[0]
-        block.initial_position = block.initial_position + UP.apply([0.0, 0.0, 0.05])
-        block.initial_angular_velocity = np.array([1.0, -2.0, 0.5])
         mechanism.multibody.add(block)
         mechanism.multibody.gravity = one.multibody.gravity
         if cloud:

@@ -9,7 +9,7 @@ from sigmafmu import _core
 from .force_models import ELEMENTS, make_world, rigid_motion
 from .helpers import INDEX3, rotation_of
 
-DURATION = {"PlaneContact": 0.04, "SphereContact": 0.04, "CloudContact": 0.02, "TableSpring": 0.2}
+DURATION = {"PlaneContact": 0.04, "SphereContact": 0.04, "CloudContact": 0.04, "TableSpring": 0.2}
 """Within one contact and between the points of a table; else 0.5 s."""
 
 
