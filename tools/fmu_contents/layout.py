@@ -126,7 +126,7 @@ class Layout:
         return entry["name"], entry["type"], place, turn
 
     def _follower(self, entry: dict[str, Any]) -> Follower:
-        """A force that turns with its body."""
+        """What acts on a single body: a force that turns with it, or drag."""
         body = self.bodies[entry["body"]]
         node = entry.get("node", -1)
         place = body.position if node < 0 else body.nodes[node]

@@ -33,7 +33,7 @@ class Force {
  public:
   virtual ~Force() = default;
 
-  static constexpr int kMostFrames = 2;
+  static constexpr int kMostFrames = 2;  // of any force
   virtual int frame_count() const = 0;
   virtual const std::vector<ForcePort>& ports() const = 0;
   // Takes over what may change while the System is in use.
