@@ -130,7 +130,7 @@ NAMES = {
     ),
     **{
         word: (body(word), f"{word} is the name of a body; {word} is reserved for what every mechanism has.")
-        for word in (*WHOLE, "ground", "joints", "time")
+        for word in (*sorted(WHOLE), "ground", "joints", "time")
     },
     "below integrator": (
         station("integrator.point"),

@@ -1,7 +1,7 @@
 // Spheres of radius r about the points p_k of body 2 on the plane z = 0 of frame 1: with the normal n = e_3,
 //
-//   r_k = Q p_k,   delta_k = r - e_3^T (d + r_k),   a_k = r_k - r n,   u_k = d' + w x a_k,   W = sum_k (F_k, a_k x
-//   F_k),
+//   r_k = Q p_k,   delta_k = r - e_3^T (d + r_k),   a_k = r_k - r n,   u_k = d' + w x a_k,
+//   W = sum_k (F_k, a_k x F_k),
 //
 // and, since dr_k = da_k = -hat(r_k) dphi,
 //

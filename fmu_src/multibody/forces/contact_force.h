@@ -5,7 +5,7 @@
 //
 // on the centre, and with delta(d) and n(d) of an element
 //
-//   dW/dd = H^T (dF/ddelta ddelta/dd + dF/dn dn/dd + dF/du du/dd) + [0; -r hat(F)^T dn/dd],   du/dd = -r hat(w) dn/dd,
+//   dW/dd = H^T (dF/ddelta ddelta/dd + dF/dn dn/dd + dF/du du/dd) + [0; r hat(F) dn/dd],   du/dd = -r hat(w) dn/dd,
 //   dW/d(d', w) = H^T dF/du H.
 #pragma once
 

@@ -10,9 +10,10 @@
 //
 //   G_1 = A_1^T [ -R_1^T  hat(a) ]    G_2 = A_1^T [ R_1^T  -R12 hat(s_2) ]
 //               [  0     -I      ]                [ 0       R12          ]
-//   Z_1 = A_1^T [ hat(w_1) R_1^T  hat(m) - hat(w_1) hat(a) ]    Z_2 = A_1^T [ -hat(w_1) R_1^T  hat(w_1) R12 hat(s_2) -
-//   R12 hat(y) ]
-//               [ 0               hat(R12 w_2)             ]                [ 0                -R12 hat(w_2) ]
+//   Z_1 = A_1^T [ hat(w_1) R_1^T  hat(m) - hat(w_1) hat(a) ]
+//               [ 0               hat(R12 w_2)             ]
+//   Z_2 = A_1^T [ -hat(w_1) R_1^T  hat(w_1) R12 hat(s_2) - R12 hat(y) ]
+//               [ 0                -R12 hat(w_2)                      ]
 //
 // where y = w_2 x s_2 and m = R_1^T (v_2 - v_1) + R12 y. For W = (F, T), dW/d(d, Q) and dW/d(d', w) of an element,
 //

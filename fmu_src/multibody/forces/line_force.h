@@ -4,8 +4,9 @@
 //
 // The points move with x' = sum_i B_i v_i, B_i and Z_i as in spring_damper.h. With
 //
-//   df/dx = -(dN/dL e e^T + dN/dL' e x'^T (I - e e^T) / L + (N + N_actuator) (I - e e^T) / L),   df/dx' = -dN/dL' e
-//   e^T, K_ij -= B_i^T (df/dx B_j + df/dx' Z_j) + d(B_i^T f)/d(motion of j) at constant f,   C_ij -= B_i^T df/dx' B_j.
+//   df/dx = -(dN/dL e e^T + dN/dL' e x'^T (I - e e^T) / L + (N + N_actuator) (I - e e^T) / L),
+//   df/dx' = -dN/dL' e e^T,
+//   K_ij -= B_i^T (df/dx B_j + df/dx' Z_j) + d(B_i^T f)/d(motion of j) at constant f,   C_ij -= B_i^T df/dx' B_j.
 //
 // Points that coincide have no direction: there is no force then.
 #pragma once
