@@ -3,8 +3,8 @@
 // At s and with the axes A of a rigid body B, with a node of a flexible one in between (frame.h: s(zeta), theta(zeta)):
 //
 //   p = p_WB + R s,   v = v_WB + R (w x s + s'),   a = v' + R (w' x s + w x (w x s) + 2 w x s' + s''),
-//   w_N = A^T w + n,   w_N' = A^T w' - n x A^T w + n',   n = T(theta) theta',   n' = T theta'' + d(T theta')/dtheta
-//   theta'.
+//   w_N = A^T w + n,   w_N' = A^T w' - n x A^T w + n',
+//   n = T(theta) theta',   n' = T theta'' + d(T theta')/dtheta theta'.
 #pragma once
 
 #include "multibody/system.h"
