@@ -85,15 +85,24 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   VectorXd vdot(s.v.size()), lambda(s.lambda.size());
   Evaluation e = system.make_evaluation();
   system.evaluate(s.q, rest, du, e);
-  OutputValues values(variables_);
+  // Powers are these times the velocities that there are.
+  Evaluation moving = system.make_evaluation();
+  system.evaluate(s.q, s.v, du, moving);
+  OutputValues values(variables_), powers(variables_);
   std::fill_n(derivative, output_count, 0.0);
   for (double sign : {1.0, -1.0}) {
     accelerations_or_discard(s.q, rest, du, vdot, lambda);
     const SlaveView probed{{mechanism_, system, s.q, rest, du, e, vdot, lambda}, s};
+    const SlaveView with_velocities{{mechanism_, system, s.q, s.v, du, moving, vdot, lambda}, s};
     values.forget();
+    powers.forget();
     for (std::size_t i = 0; i < output_count; ++i) {
       const Port& v = variables_[outputs[i]];
-      if (v.needs_accelerations) derivative[i] += 0.5 * sign * values(v, probed);
+      if (v.times_velocity) {
+        derivative[i] += 0.5 * sign * powers(v, with_velocities);
+      } else if (v.needs_accelerations) {
+        derivative[i] += 0.5 * sign * values(v, probed);
+      }
     }
     du.u = -du.u;
   }

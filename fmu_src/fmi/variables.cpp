@@ -129,6 +129,7 @@ Variables make_all_variables(const Mechanism& mechanism, const System& system) {
   for (int d = 0; d < system.drive_count(); ++d) drive_ports(ports, d);
   force_ports(ports);
   for (std::size_t s = 0; s < mechanism.stations.size(); ++s) station_ports(ports, static_cast<int>(s));
+  for (std::size_t s = 0; s < mechanism.sensors.size(); ++s) sensor_ports(ports, static_cast<int>(s));
   system_ports(ports);
   integrator_ports(ports);
   std::vector<Owner> owners = ports.owners();

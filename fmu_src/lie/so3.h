@@ -74,6 +74,13 @@ inline Vector3d tangent_inverse_times(const Vector3d& theta, const Vector3d& c) 
   return so3_tangent_inverse(theta.squaredNorm()).times(theta, c);
 }
 
+// d(T(theta)^-1 c)/dtheta for a fixed c, 3x3.
+inline Matrix3d tangent_inverse_derivative(const Vector3d& theta, const Vector3d& c) {
+  const double x = theta.squaredNorm();
+  const Radial a = so3_functions(x).a;
+  return so3_tangent_inverse(x).derivative({0.0, 0.0, 0.5 * (a.d * a.d - a.f * a.dd) / (a.f * a.f)}, theta, c);
+}
+
 // d(T(theta) c)/dtheta for a fixed c, 3x3.
 inline Matrix3d tangent_derivative(const Vector3d& theta, const Vector3d& c) {
   const auto [a, b, da, db] = so3_coefficients(theta.squaredNorm());

@@ -7,6 +7,15 @@
 #include "model/mechanism.h"
 
 namespace sigmafmu {
+namespace {
+
+template <typename Def>
+int append(std::vector<Def>& list, Def element) {
+  list.push_back(std::move(element));
+  return static_cast<int>(list.size()) - 1;
+}
+
+}  // namespace
 
 std::string key_of(const std::string& name) {
   std::string key;
@@ -70,39 +79,39 @@ const std::vector<std::string>& joint_type_names() {
   return names;
 }
 
+const std::vector<std::string>& sensor_type_names() {
+  static const std::vector<std::string> names = {"motion", "imu"};
+  return names;
+}
+
+const std::vector<std::string>& sensor_axes_names() {
+  static const std::vector<std::string> names = {"ground", "reference", "sensor"};
+  return names;
+}
+
 std::string constraint_name(const MultibodyDef& d, int constraint) {
   const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size();
   return c < joints ? d.joints[c].name : "the drive of " + d.joints[d.drives[c - joints].joint].name;
 }
 
-int MultibodyDef::add(RigidBodyDef body) {
-  bodies.push_back(std::move(body));
-  return static_cast<int>(bodies.size()) - 1;
-}
-int MultibodyDef::add(JointDef joint) {
-  joints.push_back(std::move(joint));
-  return static_cast<int>(joints.size()) - 1;
-}
-int MultibodyDef::add(SpringDamperDef spring_damper) {
-  spring_dampers.push_back(std::move(spring_damper));
-  return static_cast<int>(spring_dampers.size()) - 1;
-}
-int MultibodyDef::add(LoadDef load) {
-  loads.push_back(std::move(load));
-  return static_cast<int>(loads.size()) - 1;
-}
-int MultibodyDef::add(JointSpringDef spring) {
-  joint_springs.push_back(spring);
-  return static_cast<int>(joint_springs.size()) - 1;
-}
-int MultibodyDef::add(DriveDef drive) {
-  drives.push_back(drive);
-  return static_cast<int>(drives.size()) - 1;
-}
-int Mechanism::add(StationDef station) {
-  stations.push_back(std::move(station));
-  return static_cast<int>(stations.size()) - 1;
-}
+int MultibodyDef::add(RigidBodyDef body) { return append(bodies, std::move(body)); }
+int MultibodyDef::add(JointDef joint) { return append(joints, std::move(joint)); }
+int MultibodyDef::add(SpringDamperDef spring_damper) { return append(spring_dampers, std::move(spring_damper)); }
+int MultibodyDef::add(LineSpringDef spring) { return append(line_springs, std::move(spring)); }
+int MultibodyDef::add(TableSpringDef spring) { return append(table_springs, std::move(spring)); }
+int MultibodyDef::add(TorsionSpringDef spring) { return append(torsion_springs, std::move(spring)); }
+int MultibodyDef::add(BushingDef bushing) { return append(bushings, std::move(bushing)); }
+int MultibodyDef::add(BearingDef bearing) { return append(bearings, std::move(bearing)); }
+int MultibodyDef::add(DragDef drag) { return append(drags, std::move(drag)); }
+int MultibodyDef::add(CloudContactDef contact) { return append(cloud_contacts, std::move(contact)); }
+int MultibodyDef::add(FollowerForceDef force) { return append(follower_forces, std::move(force)); }
+int MultibodyDef::add(PlaneContactDef contact) { return append(plane_contacts, std::move(contact)); }
+int MultibodyDef::add(SphereContactDef contact) { return append(sphere_contacts, std::move(contact)); }
+int MultibodyDef::add(LoadDef load) { return append(loads, std::move(load)); }
+int MultibodyDef::add(JointSpringDef spring) { return append(joint_springs, spring); }
+int MultibodyDef::add(DriveDef drive) { return append(drives, drive); }
+int Mechanism::add(StationDef station) { return append(stations, std::move(station)); }
+int Mechanism::add(SensorDef sensor) { return append(sensors, std::move(sensor)); }
 
 double size(const MultibodyDef& d) {
   double largest = 0;
@@ -119,10 +128,9 @@ double size(const MultibodyDef& d) {
     add(j.body1, j.frame1.origin, j.frame1.node);
     add(j.body2, j.frame2.origin, j.frame2.node);
   }
-  for (const SpringDamperDef& s : d.spring_dampers) {
-    add(s.body1, s.point1, s.node1);
-    add(s.body2, s.point2, s.node2);
-  }
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    for (const auto& force : forces) force.points(add);
+  });
   return largest;
 }
 

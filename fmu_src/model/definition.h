@@ -73,14 +73,6 @@ double mass(const RigidBodyDef& body);
 // The inertia matrix J [kg m^2] of a rigid body.
 Matrix3d inertia_matrix(const RigidBodyDef& body);
 
-// A right-handed frame fixed in a body: origin [m] and axes (columns x, y, z) in body coordinates. In a node of a
-// flexible body it moves and turns with the node: origin and axes are then seen from the undeformed node, in B.
-struct Frame {
-  Vector3d origin = Vector3d::Zero();
-  Matrix3d axes = Matrix3d::Identity();
-  int node = kFloatingFrame;
-};
-
 // Axes whose z is the given direction (need not be unit); equal directions give equal axes.
 Matrix3d axes_with_z(const Vector3d& z);
 
@@ -144,6 +136,16 @@ struct MultibodyDef {
   std::vector<RigidBodyDef> bodies;
   std::vector<JointDef> joints;
   std::vector<SpringDamperDef> spring_dampers;
+  std::vector<LineSpringDef> line_springs;
+  std::vector<TableSpringDef> table_springs;
+  std::vector<TorsionSpringDef> torsion_springs;
+  std::vector<BushingDef> bushings;
+  std::vector<BearingDef> bearings;
+  std::vector<FollowerForceDef> follower_forces;
+  std::vector<DragDef> drags;
+  std::vector<PlaneContactDef> plane_contacts;
+  std::vector<SphereContactDef> sphere_contacts;
+  std::vector<CloudContactDef> cloud_contacts;
   std::vector<LoadDef> loads;
   std::vector<JointSpringDef> joint_springs;
   std::vector<DriveDef> drives;
@@ -156,6 +158,16 @@ struct MultibodyDef {
   int add(RigidBodyDef body);
   int add(JointDef joint);
   int add(SpringDamperDef spring_damper);
+  int add(LineSpringDef spring);
+  int add(TableSpringDef spring);
+  int add(TorsionSpringDef spring);
+  int add(BushingDef bushing);
+  int add(BearingDef bearing);
+  int add(FollowerForceDef force);
+  int add(DragDef drag);
+  int add(PlaneContactDef contact);
+  int add(SphereContactDef contact);
+  int add(CloudContactDef contact);
   int add(LoadDef load);
   int add(JointSpringDef spring);
   int add(DriveDef drive);
@@ -178,7 +190,7 @@ const char* initial_unit(const MultibodyDef& definition, const InitialValue& wha
 // The name of a constraint: joints come first, then drives, each called by its joint.
 std::string constraint_name(const MultibodyDef& definition, int constraint);
 
-// How large the mechanism is [m]: the largest distance of a joint, spring-damper or node from the origin of its body's
+// How large the mechanism is [m]: the largest distance of a joint, force or node from the origin of its body's
 // frame, or the largest radius of gyration.
 double size(const MultibodyDef& definition);
 

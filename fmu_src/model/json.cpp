@@ -26,6 +26,24 @@ std::string held_name(const MultibodyDef& d, const InitialValue& what) {
   return initial_name(d, what) + (what.of_joint() ? "" : "[" + std::to_string(what.component + 1) + "]");
 }
 
+template <typename Def, typename = void>
+struct HasType : std::false_type {};
+template <typename Def>
+struct HasType<Def, std::void_t<decltype(Def::kType)>> : std::bool_constant<Def::kType != nullptr> {};
+
+// Of the list of forces under a key.
+std::vector<std::string> types_in_list(const std::string& list) {
+  std::vector<std::string> words;
+  const MultibodyDef none;
+  for_each_force_list(none, [&](const char* key, const auto& forces) {
+    using Def = typename std::decay_t<decltype(forces)>::value_type;
+    if constexpr (HasType<Def>::value) {
+      if (key == list) words.emplace_back(Def::kType);
+    }
+  });
+  return words;
+}
+
 class Writer {
  public:
   Writer(std::string path, const MultibodyDef& multibody) : path_(std::move(path)), multibody_(multibody) {}
@@ -51,7 +69,9 @@ class Writer {
   }
   template <typename T, typename Add>
   void list(const std::string& key, const std::vector<T>& xs, const Add&) {
-    required(key, xs);
+    Json& all = object_[key];
+    if (all.is_null()) all = Json::array();
+    for (const T& x : xs) all.push_back(value(x, at(joined(path_, key), all.size())));
   }
   template <typename Def>
   void parameters(const Def& d) {
@@ -73,6 +93,7 @@ class Writer {
   }
   void version(const std::string& key, int number) { object_[key] = number; }
   void body(const std::string& key, int i) { object_[key] = body_name(i, joined(path_, key)); }
+  void optional_body(const std::string& key, int i) { body(key, i); }
   void bodies(const std::string& key, int i, int j) {
     const std::string name = joined(path_, key);
     object_[key] = Json::array({body_name(i, at(name, 0)), body_name(j, at(name, 1))});
@@ -97,9 +118,12 @@ class Writer {
   Json value(const std::optional<T>& x, const std::string& name) const {
     return value(*x, name);
   }
-  Json value(const Matrix3d& x, const std::string& name) const {
+  template <int size>
+  Json value(const Eigen::Matrix<double, size, size>& x, const std::string& name) const {
     Json rows = Json::array();
-    for (int i = 0; i < 3; ++i) rows.push_back(value(Vector3d(x.row(i)), at(name, static_cast<std::size_t>(i))));
+    for (int i = 0; i < size; ++i) {
+      rows.push_back(value(Eigen::Matrix<double, size, 1>(x.row(i)), at(name, static_cast<std::size_t>(i))));
+    }
     return rows;
   }
   template <int size>
@@ -171,11 +195,23 @@ class Reader {
     }
     refuse(joined(path_, key), " is ", excerpt(*found), "; it must be ", allowed, ".");
   }
+  // Of a list that holds several types, those of this one.
   template <typename T, typename Add>
   void list(const std::string& key, const std::vector<T>&, const Add& add) {
-    std::vector<T> xs;
-    optional(key, xs);
-    for (T& x : xs) {
+    const Json* found = find(key);
+    if (!found) return;
+    const std::string name = joined(path_, key);
+    json::list(*found, name, found->size());
+    const std::vector<std::string> types = types_in_list(key);
+    for (std::size_t i = 0; i < found->size(); ++i) {
+      const Json& entry = (*found)[i];
+      if constexpr (HasType<T>::value) {
+        int type = 0;
+        Reader(entry, at(name, i), elements_).choice("type", type, types, 0);
+        if (types[static_cast<std::size_t>(type)] != T::kType) continue;
+      }
+      T x;
+      read(entry, at(name, i), x);
       if constexpr (std::is_same_v<T, RigidBodyDef>) note(x.name, elements_.bodies);
       if constexpr (std::is_same_v<T, JointDef>) note(x.name, elements_.joints);
       add(std::move(x));
@@ -210,6 +246,9 @@ class Reader {
     j = found->second;
   }
   void body(const std::string& key, int& i) { read_body(*find_required(key), joined(path_, key), i); }
+  void optional_body(const std::string& key, int& i) {
+    if (const Json* found = find(key)) read_body(*found, joined(path_, key), i);
+  }
   void bodies(const std::string& key, int& i, int& j) {
     const std::string name = joined(path_, key);
     const Json& pair = json::list(*find_required(key), name, 2);
@@ -243,7 +282,7 @@ class Reader {
     known.emplace(name, static_cast<int>(known.size()));
   }
   const Json* find(const std::string& key) {
-    known_.push_back(key);
+    if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.push_back(key);
     const auto found = object_.find(key);
     return found == object_.end() ? nullptr : &*found;
   }
@@ -268,10 +307,11 @@ class Reader {
   void read(const Json& value, const std::string& name, std::optional<T>& x) {
     read(value, name, x.emplace());
   }
-  void read(const Json& value, const std::string& name, Matrix3d& x) {
-    json::list(value, name, 3);
-    for (int i = 0; i < 3; ++i) {
-      Vector3d row;
+  template <int size>
+  void read(const Json& value, const std::string& name, Eigen::Matrix<double, size, size>& x) {
+    json::list(value, name, size);
+    for (int i = 0; i < size; ++i) {
+      Eigen::Matrix<double, size, 1> row;
       read(value[static_cast<std::size_t>(i)], at(name, static_cast<std::size_t>(i)), row);
       x.row(i) = row;
     }

@@ -5,7 +5,7 @@
 //   choice(key, x, words, n)    an enumeration by the names of its values n, n + 1, ...; optional_choice
 //   list(key, xs, add)          a list of structs, each read one given to add
 //   parameters(x)               those of a force, which may be left out
-//   body(key, i), bodies(key, i, j), joint(key, i), held(key, definition)
+//   body(key, i), optional_body(key, i), bodies(key, i, j), joint(key, i), held(key, definition)
 //
 // Keys are those of the files that users write, where these have the same thing.
 #pragma once
@@ -121,6 +121,19 @@ void visit(Archive& archive, Any& d) {
   archive.optional("deflection_axes", d.deflection_axes);
 }
 
+template <typename Archive, typename Any, If<SensorDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.choice("type", d.type, sensor_type_names(), 0);
+  archive.optional("description", d.description);
+  archive.body("body", d.body);
+  archive.optional("frame", d.frame);
+  if (d.type == SensorType::imu) return;
+  archive.optional_body("reference", d.reference);
+  archive.optional("reference_frame", d.reference_frame);
+  archive.optional_choice("axes", d.axes, sensor_axes_names(), 0);
+}
+
 template <typename Archive, typename Any, If<ExposureDef, Any> = 0>
 void visit(Archive& archive, Any& d) {
   archive.optional("inputs", d.inputs);
@@ -156,6 +169,7 @@ void visit(Archive& archive, Any& d) {
   for_each_force_list(m, [&](const char* key, auto& forces) { archive.list(key, forces, add); });
   archive.list("drives", m.drives, add);
   archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
+  archive.list("sensors", d.sensors, [&](auto x) { d.add(std::move(x)); });
   archive.optional("expose", d.expose, d.expose.has_value());
   archive.optional("integrator", d.integrator);
   archive.optional("experiment", Group{[&](auto& a) {

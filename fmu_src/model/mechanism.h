@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/definition.h"
+#include "model/sensor.h"
 #include "model/settings.h"
 
 namespace sigmafmu {
@@ -35,17 +36,20 @@ struct Mechanism {
   std::string description;  // one sentence
   MultibodyDef multibody;
   std::vector<StationDef> stations;
+  std::vector<SensorDef> sensors;
   // Nothing said: all of up to 20 bodies; of more, all but what belongs to bodies.
   std::optional<ExposureDef> expose = std::nullopt;
   IntegratorSettings integrator;
   double stop_time = 1.0;            // default experiment [s]
   double communication_step = 1e-3;  // default experiment [s]
 
-  int add(StationDef station);  // returns its index
+  int add(StationDef station);  // each returns the index
+  int add(SensorDef sensor);
 };
 
 // Each throws std::invalid_argument with one sentence, as that for a MultibodyDef: settings of the integrator that are
-// out of range; stations of no flexible body or at no node of it, the name of the mechanism, the default experiment.
+// out of range; stations of no flexible body or at no node of it, sensors of no body, the name of the mechanism, the
+// default experiment.
 void validate(const IntegratorSettings& settings);
 void validate(const Mechanism& mechanism);
 

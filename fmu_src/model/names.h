@@ -1,4 +1,4 @@
-// Names of elements (bodies, joints, spring-dampers, loads, stations) as beginnings of the names of FMI variables.
+// Names of elements (bodies, joints, forces, stations, sensors) as beginnings of the names of FMI variables.
 #pragma once
 
 #include <map>

@@ -15,7 +15,9 @@ const std::vector<Unit>& units() {
       {"1/s", 0, 0, -1, 0, {}},
       {"kg", 1, 0, 0, 0, {}},
       {"kg.m2", 1, 2, 0, 0, {}},
+      {"kg/m", 1, -1, 0, 0, {}},
       {"m", 0, 1, 0, 0, {{"mm", 1e3}, {"um", 1e6}}},
+      {"s/m", 0, -1, 1, 0, {}},
       {"m/s", 0, 1, -1, 0, {{"mm/s", 1e3}}},
       {"m/s2", 0, 1, -2, 0, {}},
       {"rad", 0, 0, 0, 1, {{"deg", kDegree}}},
@@ -27,7 +29,11 @@ const std::vector<Unit>& units() {
       {"N.s/m", 1, 0, -1, 0, {}},
       {"N.m/rad", 1, 2, -2, -1, {}},
       {"N.m.s/rad", 1, 2, -1, -1, {}},
+      {"N.s", 1, 1, -1, 0, {}},
+      {"N.m.s", 1, 2, -1, 0, {}},
       {"J", 1, 2, -2, 0, {{"mJ", 1e3}}},
+      {"W", 1, 2, -3, 0, {{"kW", 1e-3}}},
+      {"Pa", 1, -1, -2, 0, {{"MPa", 1e-6}, {"GPa", 1e-9}}},
   };
   return table;
 }
@@ -45,9 +51,11 @@ Scales scales(const MultibodyDef& definition) {
   for (const JointDef& j : definition.joints) {
     s.length = std::max({s.length, j.frame1.origin.norm(), j.frame2.origin.norm()});
   }
-  for (const SpringDamperDef& d : definition.spring_dampers) {
-    s.length = std::max({s.length, d.point1.norm(), d.point2.norm()});
-  }
+  for_each_force_list(definition, [&](const char*, const auto& forces) {
+    for (const auto& force : forces) {
+      force.points([&](int, const Vector3d& point, int) { s.length = std::max(s.length, point.norm()); });
+    }
+  });
   s.force = mass * definition.gravity.norm();
   s.torque = s.force * s.length;
   return s;
@@ -61,6 +69,8 @@ const std::vector<RealType>& real_types() {
       {"Time", "Time", "s", nullptr, 0, inf, nullptr},
       {"Position", "Length", "m", nullptr, -inf, inf, &S::length},
       {"Displacement", "Length", "m", "mm", -inf, inf, &S::length},
+      {"Distance", "Length", "m", "mm", 0, inf, &S::length},
+      {"Gap", "Length", "m", "mm", -inf, inf, nullptr},
       {"Velocity", "Velocity", "m/s", nullptr, -inf, inf, &S::velocity},
       {"Deflection", "Length", "m", "mm", -inf, inf, nullptr},
       {"DeflectionRate", "Velocity", "m/s", "mm/s", -inf, inf, nullptr},
@@ -75,10 +85,21 @@ const std::vector<RealType>& real_types() {
       {"Force", "Force", "N", nullptr, -inf, inf, &S::force},
       {"Torque", "Torque", "N.m", nullptr, -inf, inf, &S::torque},
       {"Energy", "Energy", "J", nullptr, -inf, inf, nullptr},
+      {"Momentum", "Momentum", "N.s", nullptr, -inf, inf, nullptr},
+      {"AngularMomentum", "AngularMomentum", "N.m.s", nullptr, -inf, inf, nullptr},
+      {"Power", "Power", "W", nullptr, -inf, inf, nullptr},
       {"Stiffness", "TranslationalSpringConstant", "N/m", nullptr, 0, inf, nullptr},
       {"Damping", "TranslationalDampingConstant", "N.s/m", nullptr, 0, inf, nullptr},
+      {"CrossStiffness", "TranslationalSpringConstant", "N/m", nullptr, -inf, inf, nullptr},
+      {"CrossDamping", "TranslationalDampingConstant", "N.s/m", nullptr, -inf, inf, nullptr},
+      {"Drag", "LinearDensity", "kg/m", nullptr, 0, inf, nullptr},
+      {"RotationalDrag", "MomentOfInertia", "kg.m2", nullptr, 0, inf, nullptr},
       {"TorsionalStiffness", "RotationalSpringConstant", "N.m/rad", nullptr, 0, inf, nullptr},
       {"TorsionalDamping", "RotationalDampingConstant", "N.m.s/rad", nullptr, 0, inf, nullptr},
+      {"Modulus", "ModulusOfElasticity", "Pa", "MPa", 0, inf, nullptr},
+      {"Dissipation", "Slowness", "s/m", nullptr, 0, inf, nullptr},
+      {"Coefficient", "Dimensionless", "1", nullptr, 0, inf, nullptr},
+      {"SlipVelocity", "Velocity", "m/s", "mm/s", 0, inf, nullptr},
       {"MassDamping", "DampingCoefficient", "1/s", nullptr, 0, inf, nullptr},
       {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},

@@ -15,20 +15,9 @@ bool is_rotation(const Matrix3d& R) {
   return (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && R.determinant() > 0;
 }
 
-void validate_frame(const std::string& name, const Frame& frame) {
-  require_finite(name + ".origin", frame.origin, "m");
-  if (frame.axes.allFinite() && is_rotation(frame.axes)) return;
-  std::ostringstream columns = text_stream();
-  for (int i = 0; i < 3; ++i) {
-    const auto a = frame.axes.col(i);
-    columns << (i > 0 ? ", (" : "(") << a[0] << ", " << a[1] << ", " << a[2] << ")";
-  }
-  fail(name, ".axes are ", columns.str(), "; they must be orthonormal and right-handed.");
-}
-
 void validate_joint(const JointDef& j) {
-  validate_frame(j.name + ".frame1", j.frame1);
-  validate_frame(j.name + ".frame2", j.frame2);
+  check_frame(j.name + ".frame1", j.frame1);
+  check_frame(j.name + ".frame2", j.frame2);
   for (const auto& values : {j.initial_coordinates, j.initial_rates}) {
     for (std::size_t c = 0; c < values.size(); ++c) {
       const double x = values[c];
@@ -58,11 +47,6 @@ void validate_force(const MultibodyDef& d, const Def& force) {
   }
 }
 
-void validate_points(const SpringDamperDef& s) {
-  require_finite(s.name + ".point1", s.point1, "m");
-  require_finite(s.name + ".point2", s.point2, "m");
-}
-
 void validate_drive(const MultibodyDef& d, const DriveDef& drive) {
   if (!std::isfinite(drive.value)) {
     fail("The value of the drive of ", d.joints[drive.joint].name, " is ", drive.value, "; it must be finite.");
@@ -85,6 +69,15 @@ void validate_station(const StationDef& s, const References& bodies) {
   }
 }
 
+void validate_sensor(const SensorDef& s, const References& bodies) {
+  bodies.body(s.name, s.body);
+  bodies.node(s.name, s.body, s.frame.node);
+  check_frame(s.name + ".frame", s.frame);
+  bodies.body(s.name, s.reference);
+  bodies.node(s.name, s.reference, s.reference_frame.node);
+  check_frame(s.name + ".referenceFrame", s.reference_frame);
+}
+
 // No coordinate has two of these.
 template <typename Def>
 void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, const char* what) {
@@ -105,7 +98,8 @@ void validate_held(const MultibodyDef& d) {
   }
 }
 
-void validate_names(const MultibodyDef& d, const std::vector<StationDef>& stations) {
+void validate_names(const MultibodyDef& d, const std::vector<StationDef>& stations,
+                    const std::vector<SensorDef>& sensors) {
   Names names;
   const auto add = [&](const auto& elements, const char* kind) {
     for (std::size_t i = 0; i < elements.size(); ++i) names.add(elements[i].name, kind, i);
@@ -117,19 +111,33 @@ void validate_names(const MultibodyDef& d, const std::vector<StationDef>& statio
     if constexpr (HasName<Def>::value) add(forces, Def::kKind);
   });
   add(stations, "station");
+  add(sensors, "sensor");
   names.check_variables();
-}
-
-void require_positive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  fail(name, " is ", value, " s; it must be positive and finite.");
 }
 
 }  // namespace
 
+void validation::check_point(const std::string& name, const Vector3d& point) { require_finite(name, point, "m"); }
+
+void validation::check_frame(const std::string& name, const Frame& frame) {
+  check_point(name + ".origin", frame.origin);
+  if (frame.axes.allFinite() && is_rotation(frame.axes)) return;
+  std::ostringstream columns = text_stream();
+  for (int i = 0; i < 3; ++i) {
+    const auto a = frame.axes.col(i);
+    columns << (i > 0 ? ", (" : "(") << a[0] << ", " << a[1] << ", " << a[2] << ")";
+  }
+  fail(name, ".axes are ", columns.str(), "; they must be orthonormal and right-handed.");
+}
+
+void validation::check_positive(const std::string& name, double value, const char* unit) {
+  if (value > 0 && std::isfinite(value)) return;
+  fail(name, " is ", value, " ", unit, "; it must be positive and finite.");
+}
+
 void validation::validate_structure(const MultibodyDef& d) {
   if (d.bodies.empty()) fail("The mechanism has no bodies; it must have at least one.");
-  validate_names(d, {});
+  validate_names(d, {}, {});
   for (const RigidBodyDef& b : d.bodies) {
     if (b.modal) validate_modal(b.name, *b.modal);
   }
@@ -154,9 +162,11 @@ void validate(const MultibodyDef& d) {
   for (const auto& x : d.bodies) validate_body(x);
   for (const auto& x : d.joints) validate_joint(x);
   for_each_force_list(d, [&](const char*, const auto& forces) {
-    for (const auto& force : forces) validate_force(d, force);
+    for (const auto& force : forces) {
+      validate_force(d, force);
+      force.check_values();
+    }
   });
-  for (const auto& x : d.spring_dampers) validate_points(x);
   for (const auto& x : d.drives) validate_drive(d, x);
 }
 
@@ -182,11 +192,12 @@ void validate(const Mechanism& m) {
     fail("The name of the mechanism is \"", m.name, "\"; allowed are letters, digits and _, no digit first.");
   }
   validate(m.multibody);
-  validate_names(m.multibody, m.stations);
+  validate_names(m.multibody, m.stations, m.sensors);
   for (const StationDef& s : m.stations) validate_station(s, References(m.multibody));
+  for (const SensorDef& s : m.sensors) validate_sensor(s, References(m.multibody));
   validate(m.integrator);
-  require_positive("The stop time of the experiment", m.stop_time);
-  require_positive("The communication step of the experiment", m.communication_step);
+  check_positive("The stop time of the experiment", m.stop_time, "s");
+  check_positive("The communication step of the experiment", m.communication_step, "s");
 }
 
 }  // namespace sigmafmu

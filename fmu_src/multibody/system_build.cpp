@@ -5,10 +5,20 @@
 
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/constraints/drive.h"
+#include "multibody/forces/bearing.h"
+#include "multibody/forces/bushing.h"
+#include "multibody/forces/cloud_contact.h"
+#include "multibody/forces/drag.h"
+#include "multibody/forces/follower_force.h"
 #include "multibody/forces/joint_spring.h"
+#include "multibody/forces/line_spring.h"
 #include "multibody/forces/load.h"
 #include "multibody/forces/motor.h"
+#include "multibody/forces/plane_contact.h"
+#include "multibody/forces/sphere_contact.h"
 #include "multibody/forces/spring_damper.h"
+#include "multibody/forces/table_spring.h"
+#include "multibody/forces/torsion_spring.h"
 #include "multibody/system.h"
 
 namespace sigmafmu {
@@ -163,11 +173,29 @@ class System::Builder {
     constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++), coordinate.at.frames);
   }
 
+  // Where an element attaches to.
+  template <typename Def>
+  std::vector<int> points_of(const Def& d) {
+    std::vector<int> frames;
+    d.points([&](int body, const Vector3d&, int node) { frames.push_back(frame(body, node)); });
+    return frames;
+  }
+
   // One for each type of force.
   void force(const LoadDef& d, int index) { force(std::make_unique<Load>(index), {frame(d.body, kFloatingFrame)}); }
-  void force(const SpringDamperDef& d, int index) {
-    force(std::make_unique<SpringDamper>(d, index), {frame(d.body1, d.node1), frame(d.body2, d.node2)});
+  void force(const SpringDamperDef& d, int index) { force(std::make_unique<SpringDamper>(d, index), points_of(d)); }
+  void force(const LineSpringDef& d, int index) { force(std::make_unique<LineSpring>(d, index), points_of(d)); }
+  void force(const TableSpringDef& d, int) { force(std::make_unique<TableSpring>(d), points_of(d)); }
+  void force(const TorsionSpringDef& d, int index) { force(std::make_unique<TorsionSpring>(d, index), points_of(d)); }
+  void force(const BushingDef& d, int index) { force(std::make_unique<Bushing>(d, index), points_of(d)); }
+  void force(const BearingDef& d, int index) { force(std::make_unique<Bearing>(d, index), points_of(d)); }
+  void force(const DragDef& d, int index) { force(std::make_unique<Drag>(d, index), points_of(d)); }
+  void force(const CloudContactDef& d, int index) {
+    force(std::make_unique<CloudContact>(d, index), {frame(d.body1, d.frame1.node), frame(d.body2, d.node2)});
   }
+  void force(const FollowerForceDef& d, int index) { force(std::make_unique<FollowerForce>(d, index), points_of(d)); }
+  void force(const PlaneContactDef& d, int index) { force(std::make_unique<PlaneContact>(d, index), points_of(d)); }
+  void force(const SphereContactDef& d, int index) { force(std::make_unique<SphereContact>(d, index), points_of(d)); }
   void force(const JointSpringDef& d, int index) {
     const int c = s_.coordinate_index_[d.joint] + d.coordinate;
     const auto& [coordinate, at] = s_.coordinates_[c];

@@ -33,7 +33,7 @@ def test_every_line_fits_and_every_word_is_whole(fmu, model, view, descriptions,
 
 
 def test_descriptions_come_on_demand(fmu):
-    v = fmu("HeavyTop").variables["top.mass"]
+    v = fmu("HeavyTop").variables["top.inertia.xx"]
     short, long = (" ".join(rendered(summary(fmu("HeavyTop"), d), 80)) for d in (False, True))
     assert v.description not in short
     assert "-v tells" in short

@@ -91,6 +91,8 @@ def unloaded(m):
 
 LETTERS = "allowed are letters, digits and _, no digit first, and dots between such words."
 TURNED = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+WHOLE = {"angularMomentum", "centerOfMass", "constraint", "energy", "gravity", "integrator", "momentum"}
+"""Beginnings of the names of variables of the whole mechanism."""
 
 NAMES = {
     "two bodies": (body("bob"), "bob is the name of a body and of a body; every element needs its own."),
@@ -128,7 +130,7 @@ NAMES = {
     ),
     **{
         word: (body(word), f"{word} is the name of a body; {word} is reserved for what every mechanism has.")
-        for word in ("constraint", "energy", "gravity", "ground", "integrator", "joints", "time")
+        for word in (*sorted(WHOLE), "ground", "joints", "time")
     },
     "below integrator": (
         station("integrator.point"),
@@ -275,7 +277,7 @@ def test_no_element_may_be_called_like_a_variable_of_another():
         for name in elements:
             known |= words_after(name, names) - words_after(name, elements)
         globals_ = {re.split(r"[.\[]", name)[0] for name in names} - {re.split(r"\.", e)[0] for e in elements}
-        assert globals_ <= {"gravity", "energy", "constraint", "integrator"}
+        assert globals_ <= WHOLE
     assert {"position", "reactionForce", "motorTorque", "actuatorForce", "stiffness", "deflection", "modal"} <= known
     for word in known:
         mechanism = good()

@@ -61,7 +61,7 @@ def test_headers_are_guarded_and_not_circular(file):
 
 
 def test_a_mechanism_needs_only_its_definition_and_the_settings():
-    assert set(includes_of("model/mechanism.h")[0]) == {"model/settings.h", "model/definition.h"}
+    assert set(includes_of("model/mechanism.h")[0]) == {"model/settings.h", "model/definition.h", "model/sensor.h"}
     assert includes_of("model/mechanisms.h")[0] == ["model/mechanism.h"]
     assert includes_of("model/settings.h") == ([], [])
     assert includes_of("model/definition.h")[0] == ["model/elements/elements.h"]

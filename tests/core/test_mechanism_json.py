@@ -259,7 +259,8 @@ WRONG = {
     ),
     "type of a force": (
         change("forces", to=[{"name": "s", "type": "spring", "bodies": ["rod", "ground"]}]),
-        'forces[0].type is "spring"; it must be spring_damper.',
+        'forces[0].type is "spring"; it must be spring_damper, line_spring, table_spring, torsion_spring, bushing, '
+        "bearing, follower_force, drag, plane_contact, sphere_contact or cloud_contact.",
     ),
     "load": (change("loads", to=[{"name": "w"}]), "loads[0].body is missing."),
     "setting": (

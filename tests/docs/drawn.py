@@ -56,9 +56,32 @@ def random_tree(seed, count=12):
         {"name": "coil", "bodies": ["ground", "body2"], **coil},
         {"name": "between", "bodies": ["body3", "body4"], **coil},
         {"name": "torsion", "type": "coordinate_spring", "joint": "joint2", "stiffness": 2.0},
+        *forces_of_all_types("body5", "body6"),
     ]
     load = {"name": "push", "body": "body1", "force": [0.0, 5.0, 0.0], "torque": [0.0, 0.0, 0.0]}
-    return {"bodies": bodies, "joints": joints, "forces": forces, "loads": [load], "gravity": [0.0, 0.0, -9.81]}
+    tree = {"bodies": bodies, "joints": joints, "forces": forces, "loads": [load], "gravity": [0.0, 0.0, -9.81]}
+    tree["sensors"] = [{"name": "imu", "type": "imu", "body": "body7", "frame": {"position": [0.1, 0.0, 0.1]}}]
+    tree["sensors"].append({"name": "eye", "type": "motion", "body": "ground", "reference": "body7"})
+    return tree
+
+
+def forces_of_all_types(one, two):
+    """Between two bodies, or on the second."""
+    turned = {"orientation": {"matrix": rotation(np.array([0.8, 0.0, 0.6, 0.0])).tolist()}}
+    points = {"bodies": [one, two], "point1": [0.1, 0.0, 0.0], "point2": [0.0, 0.3, 0.0]}
+    frames = {"bodies": [one, two], "frame1": {"position": [0.1, 0.0, 0.0], **turned}, "frame2": turned}
+    return [
+        {"name": "leg", "type": "line_spring", "stiffness": 5.0, **points},
+        {"name": "curve", "type": "table_spring", "length": [0.0, 1.0], "force": [0.0, 9.0], **points},
+        {"name": "coil2", "type": "torsion_spring", "stiffness": 5.0, **frames},
+        {"name": "pad", "type": "bushing", "stiffness": [5.0, 5.0, 5.0], **frames},
+        {"name": "seal", "type": "bearing", "stiffness": [5.0, 5.0, 5.0], **frames},
+        {"name": "air", "type": "drag", "body": two, "coefficient": [1.0, 1.0, 1.0]},
+        {"name": "jet", "type": "follower_force", "body": two, "point": [0.0, 0.1, 0.0], "force": [0.0, 5.0, 0.0]},
+        {"name": "floor", "type": "plane_contact", "bodies": ["ground", two], "radius": 0.2},
+        {"name": "hit", "type": "sphere_contact", "radius1": 0.2, "radius2": 0.2, **points},
+        {"name": "hull", "type": "cloud_contact", "bodies": ["ground", two], "points2": [[0, 0, 0]], "radius": 0.2},
+    ]
 
 
 def chain(count=50):

@@ -73,7 +73,7 @@ def check(mechanism, picture, folder):
     assert covered.shape == (camera.height, camera.width)
 
     names = [text.name for text in picture.texts]
-    for kind in ("bodies", "joints", "forces"):
+    for kind in ("bodies", "joints", "forces", "sensors"):
         for entry in mechanism.get(kind, []):
             assert names.count(entry["name"]) == 1, f"{entry['name']} has no label"
     for text in picture.texts:
@@ -132,6 +132,23 @@ def test_symbols_of_all_joint_types_differ():
         shapes[kind] = np.concatenate([faces for faces, _ in symbols.joint(layout.joints[0], 0.01)])
     assert len({shape.tobytes() for shape in shapes.values()}) == len(drawn.TYPES)
     assert shapes["ratchet"].shape == solids.ball((0, 0, 0.5), 0.01).shape
+
+
+def test_symbols_of_forces_differ():
+    """A coil for what acts along a line, and a symbol of its own for every other."""
+    (symbols,) = modules("symbols")
+    bodies = [drawn.body(name, place) for name, place in (("a", (0, 0, 0)), ("b", (0.5, 0.2, 0)))]
+    layout = layouts.Layout({"bodies": bodies, "forces": drawn.forces_of_all_types("a", "b")}, HERE)
+    shapes = {}
+    for link in layout.forces:
+        faces = np.concatenate([faces for faces, _ in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
+        shapes[link.type] = faces.tobytes()
+    assert shapes["line_spring"] == shapes["table_spring"]
+    assert shapes["plane_contact"] == shapes["cloud_contact"]
+    assert len(shapes) == 8
+    assert len(set(shapes.values())) == 6
+    _, jet = layout.followers
+    assert jet.point == pytest.approx([0.5, 0.3, 0.0])
 
 
 def test_solids_face_outward():

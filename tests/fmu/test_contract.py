@@ -42,6 +42,7 @@ JOINT_COORDINATE = {
     "revolute": {
         "angle": ("output", "rad"),
         "angularRate": ("output", "rad/s"),
+        "power": ("output", "W"),
         "motorTorque": ("input", "N.m"),
         "initialAngle": ("parameter", "rad"),
         "initialAngularRate": ("parameter", "rad/s"),
@@ -49,6 +50,7 @@ JOINT_COORDINATE = {
     "prismatic": {
         "displacement": ("output", "m"),
         "rate": ("output", "m/s"),
+        "power": ("output", "W"),
         "actuatorForce": ("input", "N"),
         "initialDisplacement": ("parameter", "m"),
         "initialRate": ("parameter", "m/s"),
@@ -184,6 +186,9 @@ UNITS = {
     "N/m": (1, 0, -2, 0),
     "N.s/m": (1, 0, -1, 0),
     "J": (1, 2, -2, 0),
+    "W": (1, 2, -3, 0),
+    "N.s": (1, 1, -1, 0),
+    "N.m.s": (1, 2, -1, 0),
 }
 
 # shown = factor · value
@@ -201,6 +206,7 @@ DISPLAY_FACTORS = {
     "N.mm": 1e3,
     "N/mm": 1e-3,
     "mJ": 1e3,
+    "kW": 1e-3,
 }
 
 ENUMERATIONS = {
@@ -287,6 +293,8 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         add(f"{spring}.damping", 3, "parameter", "N.s/m", "tunable", numbers.damping)
         add(f"{spring}.position", 3, "output", "m")
         add(f"{spring}.force", 3, "output", "N")
+        add(f"{spring}.energy", 0, "output", "J")
+        add(f"{spring}.power", 0, "output", "W")
         add(f"{spring}.actuatorForce", 3, "input", "N", start=0.0)
     for station, axes in mechanism.stations.items():
         add(f"{station}.position", 3, "output", "m")
@@ -299,6 +307,8 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
     add("gravity", 3, "parameter", "m/s2", "tunable", mechanism.gravity)
     for energy in ("kinetic", "potential", "total"):
         add(f"energy.{energy}", 0, "output", "J")
+    for name, unit in (("centerOfMass", "m"), ("momentum", "N.s"), ("angularMomentum", "N.m.s")):
+        add(name, 3, "output", unit)
     for residual in ("positionResidual", "velocityResidual"):
         add(f"constraint.{residual}", 0, "output", "1")
     add("integrator.stepSize", 0, "parameter", "s", "fixed", mechanism.step_size)

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "elements.h"
 #include "fmi/variables.h"
 #include "model/json.h"
 #include "model/mechanism.h"
@@ -153,6 +154,7 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stiffness", &JointSpringDef::stiffness)
       .def_rw("damping", &JointSpringDef::damping)
       .def_rw("rest", &JointSpringDef::rest);
+  bind_elements(m);
   nb::enum_<DriveDef::Motion>(m, "Motion")
       .value("position", DriveDef::Motion::position)
       .value("rate", DriveDef::Motion::rate)
@@ -180,8 +182,9 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body", &StationDef::body)
       .def_ro("nodes", &StationDef::nodes)
       .def_ro("deflection_axes", &StationDef::deflection_axes);
-  nb::class_<MultibodyDef>(m, "Multibody")
-      .def(nb::init<>())
+  nb::class_<MultibodyDef> multibody(m, "Multibody");
+  bind_element_lists(multibody);
+  multibody.def(nb::init<>())
       .def_rw("gravity", &MultibodyDef::gravity)
       .def_ro("bodies", &MultibodyDef::bodies)
       .def_ro("joints", &MultibodyDef::joints)
@@ -234,9 +237,11 @@ void bind_definitions(nb::module_& m) {
       .def_rw("stop_time", &Mechanism::stop_time)
       .def_rw("communication_step", &Mechanism::communication_step)
       .def_ro("stations", &Mechanism::stations)
+      .def_ro("sensors", &Mechanism::sensors)
       .def_rw("expose", &Mechanism::expose, nb::for_setter(nb::arg("expose").none()),
               "None: all, or of more than 20 bodies all but what belongs to bodies.")
-      .def("add", &Mechanism::add, "station"_a)
+      .def("add", nb::overload_cast<StationDef>(&Mechanism::add), "station"_a)
+      .def("add", nb::overload_cast<SensorDef>(&Mechanism::add), "sensor"_a)
       .def("validate", [](const Mechanism& m) { validate(m); })
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("to_json", &to_json, "mechanism"_a, "The mechanism as text; its modal data stay in their files.");

@@ -70,6 +70,13 @@ struct PyOutputs {
     }
     return result;
   }
+  std::vector<int> powers() const {
+    std::vector<int> result;
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      if (variables[i].times_velocity) result.push_back(static_cast<int>(i));
+    }
+    return result;
+  }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
     result.reserve(variables.size());
@@ -97,5 +104,6 @@ void bind_outputs(nb::module_& m) {
       .def("values", &PyOutputs::values, "q"_a, "v"_a, "u"_a, "turned"_a = nb::none(),
            "Angles are those nearest to `turned`, one for each coordinate of a joint; default: zero.")
       .def_prop_ro("jumping", &PyOutputs::jumping, "Indices of the outputs that may jump while the mechanism does not.")
+      .def_prop_ro("powers", &PyOutputs::powers, "Indices of the outputs that depend on u as velocities tell.")
       .def("rates", &PyOutputs::rates, "q"_a, "v"_a, "Derivatives of these along v.");
 }

@@ -68,7 +68,10 @@ def _html(text: str) -> Markup:
 def _limits(description: Description) -> list[Markup]:
     """Sentences about what a model of this mechanism leaves out, and when its internal step changes."""
     flexible, joints = description.owners("body", "flexible"), description.owners("joint")
-    springs = description.owners("force", "spring-damper")
+    springs = description.owners(
+        "force", "spring-damper", "line spring", "table spring", "torsion spring", "bushing", "bearing"
+    )
+    contacts = description.owners("force", "plane contact", "sphere contact", "cloud contact")
     if flexible:
         names = Markup(" and ").join(Markup("<code>{}</code>").format(name) for name in flexible)
         others = "every other body is rigid" if description.owners("body", "rigid") else "there is no rigid body"
@@ -84,10 +87,13 @@ def _limits(description: Description) -> list[Markup]:
         ]
     else:
         sentences.append("There are no joints.")
-    parts = [name for name, owners in (("joints", joints), ("springs", springs)) if owners]
+    parts = [name for name, owners in (("joints", joints), ("springs", springs), ("contacts", contacts)) if owners]
     if parts:
         sentences.append(f"The geometry of {' and '.join(parts)} is fixed.")
-    sentences.append("There is no contact and no event.")
+    if contacts:
+        sentences.append("Contacts are no events: steps must be short enough for an impact, or adapt to the error.")
+    else:
+        sentences.append("There is no contact and no event.")
     adapting = [Markup("<code>integrator.method = rkmk54</code>")]
     if any(v.name == "integrator.stepControl" for v in description.variables):
         adapting.append(Markup("<code>integrator.stepControl = error</code>"))

@@ -49,6 +49,16 @@ class Link:
     """Directions, axes of W, in which a spring or damper acts."""
 
 
+@dataclass
+class Follower:
+    """A force and a torque on a body at a point, as they are at the start."""
+
+    name: str
+    point: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+
+
 class Layout:
     """Bodies, joints and forces of a mechanism in its initial configuration."""
 
@@ -56,10 +66,12 @@ class Layout:
         bodies = [_body(entry, resources) for entry in mechanism.get("bodies", [])]
         self.bodies = {body.name: body for body in bodies}
         self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
-        self.forces, self.on_joints = [], []
+        self.forces, self.on_joints, self.followers = [], [], []
         for entry in mechanism.get("forces", []):
             if "bodies" in entry:
                 self.forces.append(self._force(entry))
+            elif "body" in entry:
+                self.followers.append(self._follower(entry))
             else:
                 self.on_joints.append((entry["name"], entry.get("joint")))
         self.loads = [load for load in mechanism.get("loads", []) if load["body"] in self.bodies]
@@ -67,6 +79,7 @@ class Layout:
             (entry["name"], self.bodies[entry["body"]].nodes[entry["nodes"]].mean(axis=0))
             for entry in mechanism.get("stations", [])
         ]
+        self.sensors = [self._sensor(entry) for entry in mechanism.get("sensors", [])]
         self.gravity = np.array(mechanism.get("gravity", (0, 0, 0)), dtype=float)
 
         span = float(np.linalg.norm(np.ptp(self.points, axis=0)))
@@ -83,6 +96,7 @@ class Layout:
     def points(self) -> np.ndarray:
         """Centres, nodes, and both points of joints and forces, n × 3."""
         links = [point for link in (*self.joints, *self.forces) for point in link.points]
+        links += [follower.point for follower in self.followers] + [place for _, _, place, _ in self.sensors]
         nodes = [node for body in self.bodies.values() if body.nodes is not None for node in body.nodes]
         return np.array([body.centre for body in self.bodies.values()] + links + nodes)
 
@@ -94,8 +108,34 @@ class Layout:
         return self._link(entry, places, [_rotation(frame.get("orientation", {})) for frame in frames])
 
     def _force(self, entry: dict[str, Any]) -> Link:
-        places = [(entry.get(f"point{i}", (0, 0, 0)), entry.get(f"node{i}", -1)) for i in (1, 2)]
-        return self._link(entry, places, [np.eye(3)] * 2)
+        places, turns = [], []
+        for i in (1, 2):
+            frame = entry.get(f"frame{i}", {"position": entry.get(f"point{i}"), "node": entry.get(f"node{i}", -1)})
+            places.append((frame.get("position") or (0, 0, 0), frame.get("node", -1)))
+            turns.append(_rotation(frame.get("orientation", {})))
+        return self._link(entry, places, turns)
+
+    def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray]:
+        """Name, type, place and axes."""
+        frame, body = entry.get("frame", {}), self.bodies.get(entry["body"])
+        place, turn = np.array(frame.get("position", (0, 0, 0)), dtype=float), _rotation(frame.get("orientation", {}))
+        if body is not None:
+            node = frame.get("node", -1)
+            place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
+            turn = body.rotation @ turn
+        return entry["name"], entry["type"], place, turn
+
+    def _follower(self, entry: dict[str, Any]) -> Follower:
+        """What acts on a single body: a force that turns with it, or drag."""
+        body = self.bodies[entry["body"]]
+        node = entry.get("node", -1)
+        place = body.position if node < 0 else body.nodes[node]
+        point = place + body.rotation @ np.array(entry.get("point", (0, 0, 0)), dtype=float)
+        body.ends.append(point)
+        force, torque = (
+            body.rotation @ np.array(entry.get(key, (0, 0, 0)), dtype=float) for key in ("force", "torque")
+        )
+        return Follower(entry["name"], point, force, torque)
 
     def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
         bodies = [self.bodies.get(name) for name in entry["bodies"]]

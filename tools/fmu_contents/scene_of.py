@@ -95,7 +95,10 @@ def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0) -> S
         scene.add(symbols.feet(link, t, down))
         scene.faces_to += [link.axes[0][:, 2]] if link.type == "revolute" else []
     for link in layout.forces:
-        scene.add(symbols.spring_damper(link, t, down), link.name, "", link.points[1], color="#a8641a")
+        scene.add(symbols.force(link, t, down), link.name, "", link.points[1], color="#a8641a")
+    for follower in layout.followers:
+        parts = _arrows(follower.force, follower.torque, follower.point, follower.point, t)
+        scene.add([(ball(follower.point, 1.2 * t), RED), *parts], follower.name, "", follower.point, color=RED)
     joints = {link.name: link for link in layout.joints}
     for name, joint in layout.on_joints:
         if joint in joints:
@@ -105,6 +108,9 @@ def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0) -> S
     for name, point in layout.stations:
         shown = name if len(layout.stations) <= STATIONS else ""
         scene.add([(ball(point, 2.4 * t), ORANGE)], shown, "", point, color="#a8641a")
+    for name, kind, point, axes in layout.sensors:
+        shown = name if len(layout.sensors) <= STATIONS else ""
+        scene.add(symbols.sensor(point, axes, t), shown, "IMU" if kind == "imu" else "", point, color="#3f6f73")
     return scene
 
 
@@ -197,10 +203,15 @@ def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:
     """Arrows of a constant force and torque at the body's centre."""
     t, body = layout.thickness, layout.bodies[load["body"]]
     force, torque = (np.array(load.get(key, (0, 0, 0)), dtype=float) for key in ("force", "torque"))
+    beside = body.centre + (1.5 * body.gyration + 2 * t) * unit(torque) if torque.any() else body.centre
+    return _arrows(force, torque, body.centre, beside, t)
+
+
+def _arrows(force: np.ndarray, torque: np.ndarray, point: np.ndarray, beside: np.ndarray, t: float) -> Iterable[Part]:
+    """A force at a point and a torque beside it, where they are not zero."""
     if force.any():
-        yield arrow(body.centre, body.centre + 26 * t * unit(force), 0.8 * t), RED
+        yield arrow(point, point + 26 * t * unit(force), 0.8 * t), RED
     if torque.any():
-        beside = body.centre + (1.5 * body.gyration + 2 * t) * unit(torque)
         yield turning_arrow(beside, torque, 6 * t, 0.7 * t, 20, 300), RED
 
 

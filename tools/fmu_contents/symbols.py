@@ -6,7 +6,7 @@ import numpy as np
 from layout import Link
 from solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
 
-GREY, DARK, ORANGE = "#b9bec4", "#5d646c", "#e0973f"
+GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
 Part = tuple[Faces, str]
 FOOT = 9.0
 """Length of a foot, in t."""
@@ -166,3 +166,54 @@ def spiral(link: Link, t: float) -> Iterable[Part]:
     radius = t * np.linspace(2.2, 5, 90)
     path = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(90, 3.2 * t)])
     yield tube(link.points[1] + path @ link.axes[0].T, 0.4 * t, 8), ORANGE
+
+
+def torsion_spring(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A spiral spring about z of the first frame."""
+    yield from spiral(link, t)
+
+
+def bushing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A ring of rubber about z of the first frame, and a pin through it."""
+    z, point = link.axes[0][:, 2], link.points[1]
+    yield cylinder(point - 2 * t * z, point + 2 * t * z, 3.2 * t), ORANGE
+    yield cylinder(point - 3.4 * t * z, point + 3.4 * t * z, 1.2 * t), DARK
+
+
+def bearing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A journal about z of the first frame, and its shell."""
+    z, point = link.axes[0][:, 2], link.points[1]
+    yield cylinder(point - 5 * t * z, point + 5 * t * z, 1.4 * t), DARK
+    yield cylinder(point - 1.6 * t * z, point + 1.6 * t * z, 3.4 * t), ORANGE
+
+
+def plane_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A plate of the plane, below the sphere."""
+    z = link.axes[0][:, 2]
+    foot_point = link.points[1] - z * float((link.points[1] - link.points[0]) @ z)
+    yield box(foot_point - 0.5 * t * z, (22 * t, 22 * t, t), link.axes[0]), GREY
+    yield ball(link.points[1], 1.6 * t), ORANGE
+
+
+def sphere_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """The centres of both spheres."""
+    for point in link.points:
+        yield ball(point, 1.6 * t), ORANGE
+
+
+FORCES: dict[str, Callable[[Link, float, np.ndarray], Iterable[Part]]] = {
+    f.__name__: f for f in (torsion_spring, bushing, bearing, plane_contact, sphere_contact)
+}
+FORCES["cloud_contact"] = plane_contact
+
+
+def force(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
+    """A force between two bodies; a coil for what acts between points."""
+    return FORCES.get(link.type, spring_damper)(link, t, down)
+
+
+def sensor(point: np.ndarray, axes: np.ndarray, t: float) -> Iterable[Part]:
+    """A small cube and its three axes."""
+    yield box(point, (2.6 * t, 2.6 * t, 2.6 * t), axes), TEAL
+    for axis in axes.T:
+        yield cylinder(point, point + 5 * t * axis, 0.45 * t, 8), TEAL

@@ -32,6 +32,9 @@ struct JointSpringDef {
   // `joint.stiffness`, or `joint.displacementStiffness` of the second coordinate of a joint.
   std::string variable(const MultibodyDef& d, const std::string& word) const;
   void check(const References& of) const { of.coordinate("A joint spring", joint, coordinate); }
+  void check_values() const {}
+  template <typename Use>
+  void points(Use) const {}  // but for the joint's
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
     archive.joint("joint", d.joint);

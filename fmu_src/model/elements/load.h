@@ -26,6 +26,9 @@ struct LoadDef {
     return table;
   }
   void check(const References& of) const { of.not_ground(name, "acts on", body); }
+  void check_values() const {}
+  template <typename Use>
+  void points(Use) const {}  // but for the body's origin
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
     archive.optional("description", d.description);

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "model/elements/body_references.h"
+#include "model/elements/checks.h"
 #include "model/elements/references.h"
 #include "model/parameter.h"
 
@@ -35,6 +35,15 @@ struct SpringDamperDef {
     of.pair(name, body1, body2);
     of.node(name, body1, node1);
     of.node(name, body2, node2);
+  }
+  void check_values() const {
+    validation::check_point(name + ".point1", point1);
+    validation::check_point(name + ".point2", point2);
+  }
+  template <typename Use>
+  void points(Use use) const {
+    use(body1, point1, node1);
+    use(body2, point2, node2);
   }
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {

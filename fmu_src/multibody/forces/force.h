@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "model/definition.h"
@@ -20,6 +21,7 @@ struct ForcePort {
   const char* type;  // of real_types()
   const char* description;
   void (*output)(const Force&, const Kinematics&, const Inputs&, double* values);  // null: an input
+  bool times_velocity = false;                                                     // as Port::times_velocity
 };
 
 // Sums of stiffnesses [N/m], [N m/rad].
@@ -31,6 +33,7 @@ class Force {
  public:
   virtual ~Force() = default;
 
+  static constexpr int kMostFrames = 2;  // of any force
   virtual int frame_count() const = 0;
   virtual const std::vector<ForcePort>& ports() const = 0;
   // Takes over what may change while the System is in use.
@@ -43,6 +46,18 @@ class Force {
   // Potential energy [J].
   virtual double energy(const Kinematics&, const Inputs&) const { return 0.0; }
   virtual Stiffest stiffest() const { return {}; }
+  // Of its forces on all frames [W].
+  double power(const Kinematics& k, const Inputs& u) const {
+    constexpr std::array<int, kMostFrames> offsets = {0, 6};
+    std::array<double, 6 * kMostFrames> r = {};
+    add(k, u, {r.data(), offsets.data()});
+    double power = 0;
+    for (int i = 0; i < frame_count(); ++i) {
+      const Eigen::Map<const Vector6d> f(r.data() + offsets[i]);
+      power -= f.head<3>().dot(k[i].v_WB) + f.tail<3>().dot(k[i].w_WB_B);
+    }
+    return power;
+  }
 
   int input_count() const {
     int count = 0;
@@ -58,5 +73,9 @@ class Force {
  private:
   int first_input_ = 0;
 };
+
+// Outputs of forces that have them.
+inline void energy_output(const Force& f, const Kinematics& k, const Inputs& u, double* x) { *x = f.energy(k, u); }
+inline void power_output(const Force& f, const Kinematics& k, const Inputs& u, double* x) { *x = f.power(k, u); }
 
 }  // namespace sigmafmu

@@ -17,6 +17,8 @@ const std::vector<ForcePort>& SpringDamper::ports() const {
        [](const Force& f, const Kinematics& k, const Inputs&, double* x) {
          Vector3d::Map(x) = static_cast<const SpringDamper&>(f).force(k);
        }},
+      {"energy", 0, "Energy", "Elastic energy", energy_output},
+      {"power", 0, "Power", "Power of the element on its bodies", power_output, true},
       {"actuatorForce", 3, "Force", "Actuator force on the attachment point of the second body, in W", nullptr},
   };
   return table;

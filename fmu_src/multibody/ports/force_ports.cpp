@@ -37,11 +37,18 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
     const std::string name = variable_name(d, def, p.name);
     if (p.output) {
       const int size = std::max(1, p.size);
+      const auto first = ports.ports().size();
       ports.outputs(ports.group(f, size, output, false, static_cast<int>(k)), 0, name, p.size, p.type, p.description);
+      if (p.times_velocity) ports.set_times_velocity(first);
     } else {
       ports.inputs(input, name, p.size, p.type, p.description);
       input += std::max(1, p.size);
     }
+  }
+  if (force.input_count() > 0) {
+    ports.terminal(
+        force.frame_count() == 1 ? "Actuator" : "Actuator beside the spring",
+        {"position", "length", "rate", "angle", "angularRate", "force", "torque", "actuatorForce", "actuatorTorque"});
   }
   for (std::size_t k = 0; k < Def::parameters().size(); ++k) {
     const Parameter<Def>& p = Def::parameters()[k];
@@ -52,7 +59,6 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
                      Variability::tunable);
     ports.set_port(first, static_cast<int>(k));
   }
-  if (force.input_count() > 0) ports.terminal("Actuator beside the spring", {"position", "force", "actuatorForce"});
 }
 
 }  // namespace

@@ -23,6 +23,20 @@ void coordinate(const View& view, int c, int, double* value) {
 
 void rate(const View& view, int c, int, double* value) { *value = view.system.coordinate_rate(view.evaluation, c); }
 
+// Of the motor and, if there is one, the drive d of coordinate c.
+void power(const View& view, int c, int d, double* value) {
+  double force = view.inputs.u[view.system.motor(c).first_input()];
+  if (d >= 0) force -= view.lambda[view.system.drive_lambda_index(d)];
+  *value = force * view.system.coordinate_rate(view.evaluation, c);
+}
+
+int drive_of(const MultibodyDef& d, int joint, int coordinate) {
+  for (std::size_t i = 0; i < d.drives.size(); ++i) {
+    if (d.drives[i].joint == joint && d.drives[i].coordinate == coordinate) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 void coordinate_ports(Ports& ports, int joint, int k) {
   using Kind = InitialValue::Kind;
   const std::string& n = ports.mechanism.multibody.joints[joint].name;
@@ -37,6 +51,11 @@ void coordinate_ports(Ports& ports, int joint, int k) {
     ports.output(c, n + ".displacement", "Displacement", "Displacement along the joint axis", coordinate);
     ports.output(c, n + ".rate", "Velocity", "Rate of the displacement", rate);
   }
+  const int prescribed = drive_of(ports.mechanism.multibody, joint, k);
+  ports
+      .output(ports.group(c, 1, power, prescribed >= 0, prescribed), 0, n + (k == 0 ? ".power" : ".displacementPower"),
+              "Power", prescribed >= 0 ? "Power of motor and drive in the joint" : "Power of the motor in the joint")
+      .times_velocity = true;
   ports.input(motor.first_input(), n + "." + drive.name, drive.type, drive.description);
   if (angle) {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Angle", "Initial joint angle, counting turns");

@@ -181,6 +181,10 @@ void Ports::set_port(std::size_t first, int row) {
   for (std::size_t i = first; i < ports_.size(); ++i) ports_[i].port = row;
 }
 
+void Ports::set_times_velocity(std::size_t first) {
+  for (std::size_t i = first; i < ports_.size(); ++i) ports_[i].times_velocity = true;
+}
+
 void Ports::terminal(const std::string& purpose, const std::vector<const char*>& members) {
   owners_[owner_].terminal = purpose;
   const std::string& owner = owners_[owner_].name;

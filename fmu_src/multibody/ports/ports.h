@@ -34,7 +34,7 @@ enum class Variability { fixed, tunable, continuous, discrete };
 // The elements that ports belong to.
 struct Owner {
   std::string name;      // of the element; empty: the whole mechanism
-  std::string kind;      // body, joint, force or station; else empty
+  std::string kind;      // body, joint, force, station or sensor; else empty
   std::string type;      // of its kind
   std::string terminal;  // what other FMUs connect to it for; empty: nothing
 };
@@ -51,9 +51,11 @@ struct Port {
   bool above_min = false;  // min itself is not allowed
   bool integer = false;    // Integer or Enumeration
   const Enumeration* enumeration = nullptr;
-  int owner = -1;                    // in Ports::owners()
-  bool in_terminal = false;          // what other FMUs connect to
-  bool needs_accelerations = false;  // reads View::vdot or View::lambda; only these can depend on inputs
+  int owner = -1;            // in Ports::owners()
+  bool in_terminal = false;  // what other FMUs connect to
+  // Only outputs with one of these can depend on inputs.
+  bool needs_accelerations = false;  // reads View::vdot or View::lambda
+  bool times_velocity = false;       // a power: inputs or multipliers times velocities
 
   // Where the value is: a parameter lies in a Mechanism, an input in the vector u. Outputs are computed in groups, such
   // as the six scalars of a joint's reaction: `output` writes the values of the group, which OutputValues keeps from
@@ -127,6 +129,8 @@ class Ports {
 
   // Which row of its element's table the ports from `first` on have.
   void set_port(std::size_t first, int row);
+  // Of the ports from `first` on.
+  void set_times_velocity(std::size_t first);
   // Ports of the present owner that other FMUs connect to, by the names of their vectors, and what for.
   void terminal(const std::string& purpose, const std::vector<const char*>& members);
 
@@ -149,6 +153,7 @@ void joint_ports(Ports& ports, int joint);
 void drive_ports(Ports& ports, int drive);
 void force_ports(Ports& ports);  // of all forces
 void station_ports(Ports& ports, int station);
+void sensor_ports(Ports& ports, int sensor);
 void system_ports(Ports& ports);  // of the whole mechanism
 
 }  // namespace sigmafmu

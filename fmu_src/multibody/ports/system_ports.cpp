@@ -1,6 +1,7 @@
 // Ports of stations and of the whole mechanism.
 #include <algorithm>
 
+#include "multibody/momentum.h"
 #include "multibody/ports/ports.h"
 
 namespace sigmafmu {
@@ -33,6 +34,13 @@ void energies(const View& view, int, int, double* values) {
   values[2] = values[0] + values[1];
 }
 
+void momenta(const View& view, int, int, double* values) {
+  const Momentum m = momentum(view.system, view.evaluation);
+  vector3(values) = m.centre_of_mass;
+  vector3(values + 3) = m.linear;
+  vector3(values + 6) = m.angular;
+}
+
 }  // namespace
 
 void station_ports(Ports& ports, int s) {
@@ -58,6 +66,11 @@ void system_ports(Ports& ports) {
                    ? "Potential energy of gravity (zero at the origin of W), springs and deformation"
                    : "Potential energy of gravity (zero at the origin of W) and springs");
   ports.output(energy, 2, "energy.total", "Energy", "Kinetic and potential energy");
+  const Ports::Group whole = ports.group(0, 9, momenta);
+  ports.outputs(whole, 0, "centerOfMass", 3, "Position", "Centre of mass of all bodies, in W");
+  ports.outputs(whole, 3, "momentum", 3, "Momentum", "Momentum of all bodies, in W");
+  ports.outputs(whole, 6, "angularMomentum", 3, "AngularMomentum",
+                "Moment of momentum of all bodies about the origin of W, in W");
   ports.output(0, "constraint.positionResidual", "Residual",
                "Largest violation of a joint equation (m, or 1 for directions)",
                [](V v, int, int, double* x) { *x = v.system.position_residual(v.evaluation); });

@@ -166,14 +166,19 @@ class Linearization:
         return result
 
     def by_input(self, columns: list[int]) -> Derivatives:
-        """With respect to u. Everything is affine in u, with the same slope at rest, where there is less to cancel."""
+        """With respect to u. Everything is affine in u, with the same slope at rest, where there is less to cancel; but
+        for powers, which are products with velocities."""
         q, still = self.point.q, np.zeros_like(self.point.v)
+        powers = self.outputs.powers
 
-        def response(unit: np.ndarray) -> np.ndarray:
-            return np.concatenate(self._evaluate(q, still, unit)) - np.concatenate(self._evaluate(q, still, -unit))
+        def response(unit: np.ndarray, v: np.ndarray) -> np.ndarray:
+            return np.concatenate(self._evaluate(q, v, unit)) - np.concatenate(self._evaluate(q, v, -unit))
 
         units = np.eye(len(self.point.u))[columns]
-        result = self._columns([response(unit) / 2 for unit in units])
+        result = self._columns([response(unit, still) / 2 for unit in units])
+        if powers:
+            moving = self._columns([response(unit, self.point.v) / 2 for unit in units])
+            result.outputs[powers] = moving.outputs[powers]
         result.outputs[self.outputs.jumping] = 0.0
         return result
 
