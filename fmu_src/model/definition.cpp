@@ -48,25 +48,9 @@ Matrix3d inertia_matrix(const RigidBodyDef& b) {
   return J;
 }
 
-const std::vector<CoordinateKind>& coordinates(JointType type) {
-  using K = CoordinateKind;
-  static const std::vector<CoordinateKind> none, angle = {K::angle}, displacement = {K::displacement},
-                                                 both = {K::angle, K::displacement};
-  switch (type) {
-    case JointType::revolute:
-      return angle;
-    case JointType::prismatic:
-      return displacement;
-    case JointType::cylindrical:
-      return both;
-    default:
-      return none;
-  }
-}
-
 const std::vector<std::string>& joint_type_names() {
-  static const std::vector<std::string> names = {"spherical", "revolute", "universal",
-                                                 "prismatic", "fixed",    "cylindrical"};
+  static const std::vector<std::string> names = {"spherical",   "revolute", "universal", "prismatic",     "fixed",
+                                                 "cylindrical", "planar",   "distance",  "point_on_line", "free"};
   return names;
 }
 

@@ -85,17 +85,27 @@ struct Frame {
 Matrix3d axes_with_z(const Vector3d& z);
 
 enum class JointType {
-  spherical,    // origins coincide
-  revolute,     // and z1 = z2; angle from x1 to x2 about z
-  universal,    // origins coincide and y1 is perpendicular to x2 (the two axes of the cross)
-  prismatic,    // frames parallel, origin 2 on the z axis of frame 1; displacement along it
-  fixed,        // frames coincide
-  cylindrical,  // z axes coincide; angle and displacement as above
+  spherical,      // origins coincide
+  revolute,       // and z1 = z2; angle from x1 to x2 about z
+  universal,      // origins coincide and y1 is perpendicular to x2 (the two axes of the cross); angles about y1 and x2
+  prismatic,      // frames parallel, origin 2 on the z axis of frame 1; displacement along it
+  fixed,          // frames coincide
+  cylindrical,    // z axes coincide; angle and displacement as above
+  planar,         // z1 = z2, origin 2 in the plane of x1 and y1; angle as above, displacements along x1 and y1
+  distance,       // origins stay `length` apart
+  point_on_line,  // origin 2 on the z axis of frame 1; displacement along it
+  free,           // no equation; displacements along x1, y1 and z1
 };
 
-// What a joint leaves free along or about the z axis of its frames.
-enum class CoordinateKind { angle, displacement };  // [rad], [m]
-const std::vector<CoordinateKind>& coordinates(JointType type);
+// What a joint leaves free: an angle [rad] about an axis of its frames, or a displacement [m] along one of frame 1.
+enum class CoordinateKind { angle, displacement };
+struct CoordinateType {
+  enum class AxisOf { both_frames, frame1, frame2 };
+  CoordinateKind kind;
+  int axis;  // 0: x, 1: y, 2: z
+  AxisOf of;
+};
+const std::vector<CoordinateType>& coordinates(JointType type);
 // In the order of the enumeration.
 const std::vector<std::string>& joint_type_names();
 
@@ -109,11 +119,19 @@ struct JointDef {
   // Of each coordinate: angles with their turns [rad], displacements [m], and rates. They count where
   // MultibodyDef::held has them; else the bodies tell them.
   static constexpr double kNotSet = std::numeric_limits<double>::quiet_NaN();
-  std::array<double, 2> initial_coordinates = {kNotSet, kNotSet};
-  std::array<double, 2> initial_rates = {kNotSet, kNotSet};
+  std::array<double, 3> initial_coordinates = {kNotSet, kNotSet, kNotSet};
+  std::array<double, 3> initial_rates = {kNotSet, kNotSet, kNotSet};
+  double length = kNotSet;  // of a distance joint [m]; not set: what it is at the start
 
   int coordinate_count() const { return static_cast<int>(coordinates(type).size()); }
-  bool turns(int coordinate) const { return coordinates(type)[coordinate] == CoordinateKind::angle; }
+  bool turns(int coordinate) const { return coordinates(type)[coordinate].kind == CoordinateKind::angle; }
+  // Follows the words for a coordinate where a joint has several of its kind: 1, 2, ...; else nothing.
+  std::string number(int coordinate) const;
+  // `of_angle` or `of_displacement`, with that number.
+  std::string word(int coordinate, const char* of_angle, const char* of_displacement) const;
+  // For what acts on a coordinate: `word`, with that number, or `displacementWord` for a displacement of a joint that
+  // has angles as well.
+  std::string word_on(int coordinate, const std::string& word) const;
 };
 
 // Prescribes a joint's coordinate: where it is from the start on, or at which rate or acceleration it goes on from its
@@ -174,6 +192,9 @@ MultibodyDef without_held_values(const MultibodyDef& definition);
 // `joint.initialAngle`; and its unit.
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what);
 const char* initial_unit(const MultibodyDef& definition, const InitialValue& what);
+
+// The length [m] of a distance joint.
+double rod_length(const MultibodyDef& definition, const JointDef& joint);
 
 // The name of a constraint: joints come first, then drives, each called by its joint.
 std::string constraint_name(const MultibodyDef& definition, int constraint);

@@ -82,13 +82,14 @@ void visit(Archive& archive, Any& d) {
   archive.bodies("bodies", d.body1, d.body2);
   archive.optional("frame1", d.frame1);
   archive.optional("frame2", d.frame2);
-  // A joint with two of them has a key for each: an angle's is the shorter one.
-  const auto& kinds = coordinates(d.type);
-  const char* coordinate_keys[] = {"coordinate", "displacement"};
-  const char* rate_keys[] = {"rate", "displacement_rate"};
-  for (std::size_t c = 0; c < kinds.size(); ++c) {
-    archive.optional(coordinate_keys[c], d.initial_coordinates[c], !std::isnan(d.initial_coordinates[c]));
-    archive.optional(rate_keys[c], d.initial_rates[c], !std::isnan(d.initial_rates[c]));
+  if (d.type == JointType::distance) archive.optional("length", d.length, !std::isnan(d.length));
+  // A joint with several coordinates has keys for each: an angle's are the shorter ones.
+  for (int c = 0; c < d.coordinate_count(); ++c) {
+    const bool plain = d.turns(c) || !d.turns(0);
+    archive.optional((plain ? "coordinate" : "displacement") + d.number(c), d.initial_coordinates[c],
+                     !std::isnan(d.initial_coordinates[c]));
+    archive.optional((plain ? "rate" : "displacement_rate") + d.number(c), d.initial_rates[c],
+                     !std::isnan(d.initial_rates[c]));
   }
 }
 

@@ -39,6 +39,7 @@ constexpr const char* kVariables[] = {
     "initialQuaternion",
     "initialRate",
     "initialVelocity",
+    "length",
     "mass",
     "massDamping",
     "modal",
@@ -58,6 +59,9 @@ constexpr const char* kVariables[] = {
     "torque",
     "velocity",
 };
+
+// `angle2` -> `angle`: the number of a joint's coordinate.
+std::string without_number(const std::string& word) { return word.substr(0, word.find_last_not_of("0123456789") + 1); }
 
 template <typename Words>
 bool contains(const Words& words, const std::string& word) {
@@ -94,7 +98,7 @@ void Names::check_variables() const {
   for (const auto& [name, kind] : kinds_) {
     for (std::size_t dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) {
       const std::string owner = name.substr(0, dot), word = name.substr(dot + 1, name.find('.', dot + 1) - dot - 1);
-      if (kinds_.count(owner) == 0 || !contains(kVariables, word)) continue;
+      if (kinds_.count(owner) == 0 || !contains(kVariables, without_number(word))) continue;
       fail(name, " is the name of a ", kind, "; variables of ", owner, " may have that name.");
     }
   }

@@ -26,7 +26,18 @@ void validate_frame(const std::string& name, const Frame& frame) {
   fail(name, ".axes are ", columns.str(), "; they must be orthonormal and right-handed.");
 }
 
-void validate_joint(const JointDef& j) {
+void validate_length(const MultibodyDef& d, const JointDef& j) {
+  if (j.type != JointType::distance) {
+    if (!std::isnan(j.length)) fail(j.name, " has the length ", j.length, " m; joints of its type must have none.");
+    return;
+  }
+  const double length = rod_length(d, j);
+  if (length > 0 && std::isfinite(length)) return;
+  if (std::isnan(j.length)) fail(j.name, " keeps points apart that coincide at the start; they must have a distance.");
+  fail(j.name, ".length is ", length, " m; it must be finite, above 0.");
+}
+
+void validate_joint(const MultibodyDef& d, const JointDef& j) {
   validate_frame(j.name + ".frame1", j.frame1);
   validate_frame(j.name + ".frame2", j.frame2);
   for (const auto& values : {j.initial_coordinates, j.initial_rates}) {
@@ -35,11 +46,14 @@ void validate_joint(const JointDef& j) {
       if (std::isnan(x)) continue;  // not set
       if (static_cast<int>(c) >= j.coordinate_count()) {
         fail(j.name, " has the initial value ", x, "; joints of its type must not have ",
-             c == 0 ? "one." : "a second.");
+             c == 0   ? "one."
+             : c == 1 ? "a second."
+                      : "a third.");
       }
       if (!std::isfinite(x)) fail(j.name, " has the initial value ", x, "; it must be finite.");
     }
   }
+  validate_length(d, j);
 }
 
 // The parameters of a force against what their types allow.
@@ -152,7 +166,7 @@ void validate(const MultibodyDef& d) {
   validate_structure(d);
   require_finite("gravity", d.gravity, "m/s2");
   for (const auto& x : d.bodies) validate_body(x);
-  for (const auto& x : d.joints) validate_joint(x);
+  for (const auto& x : d.joints) validate_joint(d, x);
   for_each_force_list(d, [&](const char*, const auto& forces) {
     for (const auto& force : forces) validate_force(d, force);
   });

@@ -12,6 +12,20 @@ FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) con
           {at(first + 2), modes, modes}};
 }
 
+// J vdot + L v.
+Vector6d System::frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const {
+  if (frame == body_count_) return Vector6d::Zero();
+  if (frame < body_count_) return vdot.segment<6>(kVelocitiesPerBody * frame);
+  const auto& [body, f, node] = node_frames_[frame - body_count_];
+  const NodeFrameEvaluation& at = node_frame(e, frame);
+  const int pose = kVelocitiesPerBody * body, modes = modal_velocity(f), count = this->modes(body);
+  Vector6d result = at.J.leftCols<6>().lazyProduct(vdot.segment<6>(pose));
+  result += at.L.leftCols<6>().lazyProduct(v.segment<6>(pose));
+  result += at.J.rightCols(count).lazyProduct(vdot.segment(modes, count));
+  result += at.L.rightCols(count).lazyProduct(v.segment(modes, count));
+  return result;
+}
+
 // B = B_N J.
 void System::pull_back_rows(Evaluation& e) const {
   for (const auto& [frame, m, rows, pose, modes] : pulled_rows_) {

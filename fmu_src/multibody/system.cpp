@@ -196,6 +196,12 @@ double System::coordinate_rate(const Evaluation& e, int c) const {
   return coordinates_[c].coordinate.rate(kinematics(e, coordinates_[c].at));
 }
 
+double System::coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const {
+  const auto& [coordinate, at] = coordinates_[c];
+  return coordinate.acceleration(kinematics(e, at), frame_acceleration(e, at.frames[0], v, vdot),
+                                 frame_acceleration(e, at.frames[1], v, vdot));
+}
+
 void System::coordinate_values(const Evaluation& e, VectorXd& coordinates) const {
   for (int c = 0; c < coordinate_count(); ++c) coordinates[c] = coordinate_value(e, c);
 }

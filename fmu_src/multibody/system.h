@@ -94,6 +94,7 @@ class System {
   int coordinate_index(int joint) const { return coordinate_index_[joint]; }
   double coordinate_value(const Evaluation& e, int c) const;  // angles in (-pi, pi]
   double coordinate_rate(const Evaluation& e, int c) const;
+  double coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const;
   void coordinate_values(const Evaluation& e, VectorXd& coordinates) const;
   // From all coordinates a time h [s] before to those now: angles take the turn nearest to what their rates predict.
   void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
@@ -197,6 +198,8 @@ class System {
   const NodeFrameEvaluation& node_frame(const Evaluation& e, int frame) const {
     return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
   }
+  // Of v of a frame.
+  Vector6d frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const;
   void pull_back_rows(Evaluation& e) const;
   void pull_back_rates(Evaluation& e) const;
   void pull_back_forces(const Attachment& at, const Evaluation& e, VectorXd& r) const;

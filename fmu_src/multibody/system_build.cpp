@@ -118,7 +118,7 @@ class System::Builder {
 
   int constraint(std::unique_ptr<Constraint> element, const std::vector<int>& frames) {
     const int c = s_.constraint_count(), m = element->equations();
-    Attachment at = attach(frames, element->couples_frames());
+    Attachment at = m > 0 ? attach(frames, element->couples_frames()) : Attachment{frames, false, {}, {}, {}, {}};
     const int rows = s_.rows_size_;
     s_.rows_size_ += 6 * m * at.count();
     for (const auto& part : at.parts) {
@@ -148,7 +148,8 @@ class System::Builder {
   }
 
   void joint(const JointDef& d) {
-    auto element = std::make_unique<Joint>(d);
+    const double length = d.type == JointType::distance ? rod_length(definition_, d) : 0.0;
+    auto element = std::make_unique<Joint>(d, length);
     const std::vector<int> frames = {frame(d.body1, d.frame1.node), frame(d.body2, d.frame2.node)};
     s_.joints_.push_back(element.get());
     s_.coordinate_index_.push_back(s_.coordinate_count());

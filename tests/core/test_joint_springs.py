@@ -86,8 +86,8 @@ def test_a_cylindrical_joint_swings_about_and_along_its_axis():
 
 def test_variables_of_a_cylindrical_joint():
     names = [name for name in _core.Slave(wheel(Type.cylindrical)).names if name.startswith("axle.")]
-    of_angle = "angle angularRate motorTorque initialAngle initialAngularRate springTorque stiffness damping rest"
-    of_displacement = "displacement rate actuatorForce initialDisplacement initialRate"
+    of_angle = "angle angularRate angularAcceleration motorTorque initialAngle initialAngularRate springTorque stiffness damping rest"
+    of_displacement = "displacement rate acceleration actuatorForce initialDisplacement initialRate"
     second = "displacementSpringForce displacementStiffness displacementDamping displacementRest"
     vectors = [f"{vector}[{i}]" for vector in ("reactionForce", "reactionTorque") for i in (1, 2, 3)]
     expected = [*of_angle.split(), *of_displacement.split(), *second.split(), *vectors]

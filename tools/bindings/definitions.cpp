@@ -49,7 +49,11 @@ void bind_definitions(nb::module_& m) {
       .value("universal", JointType::universal)
       .value("prismatic", JointType::prismatic)
       .value("fixed", JointType::fixed)
-      .value("cylindrical", JointType::cylindrical);
+      .value("cylindrical", JointType::cylindrical)
+      .value("planar", JointType::planar)
+      .value("distance", JointType::distance)
+      .value("point_on_line", JointType::point_on_line)
+      .value("free", JointType::free);
   using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
   const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -101,8 +105,11 @@ void bind_definitions(nb::module_& m) {
       .def(
           "__init__",
           [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
-             const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
-          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
+             const Frame& frame2, double length) {
+            new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2};
+            j->length = length;
+          },
+          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "length"_a = JointDef::kNotSet)
       .def_rw("name", &JointDef::name)
       .def_rw("type", &JointDef::type)
       .def_ro("body1", &JointDef::body1)
@@ -110,7 +117,10 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body2", &JointDef::body2)
       .def_ro("frame2", &JointDef::frame2)
       .def_rw("initial_coordinates", &JointDef::initial_coordinates, "Of each of its coordinates; nan: not set.")
-      .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set");
+      .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set")
+      .def_rw("length", &JointDef::length, "Of a distance joint [m]; nan: what it is at the start.")
+      .def("word", &JointDef::word, "coordinate"_a, "of_angle"_a, "of_displacement"_a,
+           "What a variable of one of its coordinates is called.");
   nb::class_<SpringDamperDef>(m, "SpringDamper")
       .def(
           "__init__",

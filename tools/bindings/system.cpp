@@ -101,6 +101,13 @@ struct PySystem {
     if (c < 0) return nb::make_tuple(NAN, NAN);
     return nb::make_tuple(system.coordinate_value(e, c), system.coordinate_rate(e, c));
   }
+  double coordinate_acceleration(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, int joint, int k) {
+    check(q, v);
+    check(q, vdot);
+    system.evaluate(q, v, start, e);
+    const int c = coordinate_of(joint, k);
+    return c < 0 ? NAN : system.coordinate_acceleration(e, c, v, vdot);
+  }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
     system.evaluate(q, v, start, e);
@@ -245,6 +252,8 @@ void bind_system(nb::module_& m) {
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a, "coordinate"_a = 0,
            "(value, rate); NaN for a joint that has none.")
+      .def("coordinate_acceleration", &PySystem::coordinate_acceleration, "q"_a, "v"_a, "vdot"_a, "joint"_a,
+           "coordinate"_a = 0)
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
            "Coordinates of all joints and their rates, joint after joint.")
       .def("kinds_of_coordinates", &PySystem::kinds_of_coordinates, "(whether it is an angle, its joint) for each.")

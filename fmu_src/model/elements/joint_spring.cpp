@@ -1,7 +1,5 @@
 #include "model/elements/joint_spring.h"
 
-#include <cctype>
-
 #include "model/definition.h"
 
 namespace sigmafmu {
@@ -9,10 +7,7 @@ namespace sigmafmu {
 bool JointSpringDef::turns(const MultibodyDef& d) const { return d.joints[joint].turns(coordinate); }
 
 std::string JointSpringDef::variable(const MultibodyDef& d, const std::string& word) const {
-  if (coordinate == 0) return d.joints[joint].name + "." + word;
-  std::string second = "displacement" + word;
-  second[second.size() - word.size()] = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
-  return d.joints[joint].name + "." + second;
+  return d.joints[joint].name + "." + d.joints[joint].word_on(coordinate, word);
 }
 
 }  // namespace sigmafmu

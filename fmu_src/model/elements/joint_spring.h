@@ -29,7 +29,7 @@ struct JointSpringDef {
     return table;
   }
   bool turns(const MultibodyDef& d) const;
-  // `joint.stiffness`, or `joint.displacementStiffness` of the second coordinate of a joint.
+  // `joint.stiffness`, or `joint.displacementStiffness`, or with a number (JointDef::word_on).
   std::string variable(const MultibodyDef& d, const std::string& word) const;
   void check(const References& of) const { of.coordinate("A joint spring", joint, coordinate); }
   template <typename Archive, typename Any>

@@ -16,7 +16,7 @@ double rate(const Rows& B, const FrameKinematics& k) {
 Drive::Drive(const JointCoordinate& coordinate, int index) : coordinate_(coordinate), index_(index) {
   equations_ = 1;
   length_equations_ = coordinate.is_angle() ? 0 : 1;
-  couples_frames_ = !coordinate.is_angle();
+  couples_frames_ = coordinate.couples_frames();
 }
 
 void Drive::evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const {

@@ -11,7 +11,8 @@ namespace sigmafmu {
 
 class Joint final : public Constraint {
  public:
-  explicit Joint(const JointDef& definition);
+  // `length` [m]: of a distance joint.
+  explicit Joint(const JointDef& definition, double length = 0);
 
   JointType type() const { return type_; }
   const std::vector<JointCoordinate>& coordinates() const { return coordinates_; }
@@ -36,6 +37,7 @@ class Joint final : public Constraint {
   bool on_ground_;  // frame 1
   PointCoincidence origins_;
   std::vector<AxialDistance> distances_;
+  std::vector<PointDistance> rods_;
   std::vector<PerpendicularAxes> perpendiculars_;
   Frame frame1_, frame2_;
   std::vector<JointCoordinate> coordinates_;

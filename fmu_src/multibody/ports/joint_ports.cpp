@@ -23,29 +23,40 @@ void coordinate(const View& view, int c, int, double* value) {
 
 void rate(const View& view, int c, int, double* value) { *value = view.system.coordinate_rate(view.evaluation, c); }
 
+void acceleration(const View& view, int c, int, double* value) {
+  *value = view.system.coordinate_acceleration(view.evaluation, c, view.v, view.vdot);
+}
+
 void coordinate_ports(Ports& ports, int joint, int k) {
   using Kind = InitialValue::Kind;
-  const std::string& n = ports.mechanism.multibody.joints[joint].name;
+  const JointDef& definition = ports.mechanism.multibody.joints[joint];
+  const std::string number = definition.number(k);
+  const auto name = [&](const char* word) { return definition.name + "." + word + number; };
   const int c = ports.system.coordinate_index(joint) + k;
   const Force& motor = ports.system.motor(c);
   const ForcePort& drive = motor.ports()[0];
   const bool angle = ports.system.coordinate(c).is_angle();
+  const char *value = angle ? "angle" : "displacement", *rate_of = angle ? "angularRate" : "rate";
   if (angle) {
-    ports.output(c, n + ".angle", "Angle", "Joint angle, counting turns", coordinate);
-    ports.output(c, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", rate);
+    ports.output(c, name(value), "Angle", "Joint angle, counting turns", coordinate);
+    ports.output(c, name(rate_of), "AngularVelocity", "Rate of the joint angle", rate);
   } else {
-    ports.output(c, n + ".displacement", "Displacement", "Displacement along the joint axis", coordinate);
-    ports.output(c, n + ".rate", "Velocity", "Rate of the displacement", rate);
+    ports.output(c, name(value), "Displacement", "Displacement along the joint axis", coordinate);
+    ports.output(c, name(rate_of), "Velocity", "Rate of the displacement", rate);
   }
-  ports.input(motor.first_input(), n + "." + drive.name, drive.type, drive.description);
+  ports.input(motor.first_input(), name(drive.name), drive.type, drive.description);
   if (angle) {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Angle", "Initial joint angle, counting turns");
     ports.initial({Kind::joint_rate, joint, k}, "", "AngularVelocity", "Initial rate of the joint angle");
-    ports.terminal("Motor in the joint", {"angle", "angularRate", "motorTorque"});
+    ports.terminal("Motor in the joint", {value + number, rate_of + number, drive.name + number});
+    ports.output(ports.group(c, 1, acceleration, true), 0, name("angularAcceleration"), "AngularAcceleration",
+                 "Second derivative of the joint angle");
   } else {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Displacement", "Initial displacement along the joint axis");
     ports.initial({Kind::joint_rate, joint, k}, "", "Velocity", "Initial rate of the displacement");
-    ports.terminal("Actuator in the joint", {"displacement", "rate", "actuatorForce"});
+    ports.terminal("Actuator in the joint", {value + number, rate_of + number, drive.name + number});
+    ports.output(ports.group(c, 1, acceleration, true), 0, name("acceleration"), "Acceleration",
+                 "Second derivative of the displacement");
   }
 }
 
@@ -56,6 +67,14 @@ void joint_ports(Ports& ports, int j) {
   const std::string& n = ports.mechanism.multibody.joints[j].name;
   ports.owner(n, "joint", joint_type_names()[static_cast<int>(joint.type())]);
   for (std::size_t k = 0; k < joint.coordinates().size(); ++k) coordinate_ports(ports, j, static_cast<int>(k));
+  if (joint.type() == JointType::free) return;  // which has no reaction
+  if (joint.type() == JointType::distance) {
+    Port& length = ports.parameter(
+        j, n + ".length", "Position", "Distance of the two points",
+        [](Mechanism& m, int o, int, int) -> double& { return m.multibody.joints[o].length; }, Variability::fixed);
+    length.min = 0;
+    length.above_min = true;
+  }
   const char* force = "Force of the joint on the second body, in W";
   const char* torque = "Torque of the joint on the second body about the joint's point on it, in W";
   const Ports::Group both = ports.group(j, 6, reaction, true);
@@ -75,7 +94,8 @@ void drive_ports(Ports& ports, int d) {
   ports.owner(joint.name, "joint", "");
   const Ports::Group group = ports.group(
       d, 1, [](const View& v, int o, int, double* x) { *x = -v.lambda[v.system.drive_lambda_index(o)]; }, true);
-  ports.output(group, 0, joint.name + (turns ? ".driveTorque" : ".driveForce"), turns ? "Torque" : "Force",
+  ports.output(group, 0, joint.name + "." + joint.word(drive.coordinate, "driveTorque", "driveForce"),
+               turns ? "Torque" : "Force",
                turns ? "Torque of the drive about the joint axis on the second body"
                      : "Force of the drive along the joint axis on the second body");
 }

@@ -181,13 +181,13 @@ void Ports::set_port(std::size_t first, int row) {
   for (std::size_t i = first; i < ports_.size(); ++i) ports_[i].port = row;
 }
 
-void Ports::terminal(const std::string& purpose, const std::vector<const char*>& members) {
+void Ports::terminal(const std::string& purpose, const std::vector<std::string>& members) {
   owners_[owner_].terminal = purpose;
   const std::string& owner = owners_[owner_].name;
   for (Port& p : ports_) {
     if (p.owner != owner_) continue;
     const std::string vector = p.name.substr(0, p.name.find('['));
-    for (const char* member : members) p.in_terminal = p.in_terminal || vector == owner + "." + member;
+    for (const std::string& member : members) p.in_terminal = p.in_terminal || vector == owner + "." + member;
   }
 }
 

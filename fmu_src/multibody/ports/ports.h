@@ -128,7 +128,7 @@ class Ports {
   // Which row of its element's table the ports from `first` on have.
   void set_port(std::size_t first, int row);
   // Ports of the present owner that other FMUs connect to, by the names of their vectors, and what for.
-  void terminal(const std::string& purpose, const std::vector<const char*>& members);
+  void terminal(const std::string& purpose, const std::vector<std::string>& members);
 
   const std::vector<Port>& ports() const { return ports_; }
   const std::vector<Owner>& owners() const { return owners_; }

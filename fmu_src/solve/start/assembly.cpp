@@ -226,6 +226,9 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 }
 
 void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
+  for (JointDef& joint : definition.joints) {
+    if (joint.type == JointType::distance) joint.length = round_to_12_digits(rod_length(definition, joint));
+  }
   const auto& joints = definition.joints;
   if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; }))
     return;

@@ -283,7 +283,7 @@ std::vector<Part> parts_of(const Place& at) {
     }
   }
   for (int first = 0; first < system.constraint_count(); ++first) {
-    if (done[first] != 0) continue;
+    if (done[first] != 0 || bodies_of[first].empty()) continue;  // a free joint has no equation
     Part part{{first}, {}};
     done[first] = 1;
     for (std::size_t k = 0; k < part.joints.size(); ++k) {
