@@ -15,8 +15,7 @@ const std::vector<CoordinateType>& coordinates(JointType type) {
                               along_z = {Kind::displacement, z, Of::frame1};
   static const std::vector<CoordinateType> none, hinge = {angle}, slide = {along_z}, both = {angle, along_z},
                                                  cross = {{Kind::angle, y, Of::frame1}, {Kind::angle, x, Of::frame2}},
-                                                 plane = {angle, along_x, along_y},
-                                                 space = {along_x, along_y, along_z};
+                                                 plane = {angle, along_x, along_y}, space = {along_x, along_y, along_z};
   switch (type) {
     case JointType::revolute:
       return hinge;

@@ -106,7 +106,8 @@ def test_universal_joint_counts_both_angles():
                 ((J[2] - J[1]) * s * c * da**2 - k[1] * b) / J[0]]  # fmt: skip
 
     def make():
-        return mechanism(body("rotor", 1.0, J), _core.Joint("cross", Type.universal, GROUND, HERE, 0, HERE), *springs(k))
+        cross = _core.Joint("cross", Type.universal, GROUND, HERE, 0, HERE)
+        return mechanism(body("rotor", 1.0, J), cross, *springs(k))
 
     start = [0.5, 1.2, 9.0, -12.0]
     names = ["cross.angle1", "cross.angle2", "cross.angularRate1", "cross.angularRate2"]
@@ -167,11 +168,11 @@ def test_bead_on_a_swinging_line():
 
     def make():
         # the hinge turns about -y, so that θ swings the line from -z towards x
-        axes = _core.axes_with_z(np.array([0.0, -1, 0]))
+        pin = _core.Frame(np.zeros(3), _core.axes_with_z(np.array([0.0, -1, 0])))
         return mechanism(
             body("line", 3.0, (0.1, J, 0.1)),
             body("bead", m, position=(0, 0, -0.3)),
-            _core.Joint("hinge", Type.revolute, GROUND, _core.Frame(np.zeros(3), axes), 0, _core.Frame(np.zeros(3), axes)),
+            _core.Joint("hinge", Type.revolute, GROUND, pin, 0, pin),
             _core.Joint("wire", Type.point_on_line, 0, down, 1, HERE),
             gravity=(0, 0, -G),
         )

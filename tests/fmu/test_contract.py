@@ -285,8 +285,9 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         add(f"{joint}.reactionTorque", 3, "output", "N.m")
         for name, (causality, unit) in JOINT_COORDINATE[kind].items():
             if causality == "parameter":
-                start = JOINT_STARTS.get(f"{joint}.{name[-1] if name[-1].isdigit() else ''}", (0.0, 0.0))["Rate" in name]
-                add(f"{joint}.{name}", 0, causality, unit, "fixed", start, 1e-12)  # the digits that it is given with
+                number = name[-1] if name[-1].isdigit() else ""
+                start = JOINT_STARTS.get(f"{joint}.{number}", (0.0, 0.0))["Rate" in name]
+                add(f"{joint}.{name}", 0, causality, unit, "fixed", start, 1e-12)  # given with 12 digits
             else:
                 add(f"{joint}.{name}", 0, causality, unit, start=0.0 if causality == "input" else None)
     for spring, numbers in mechanism.springs.items():
