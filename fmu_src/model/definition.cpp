@@ -79,6 +79,22 @@ int MultibodyDef::add(JointSpringDef spring) {
   joint_springs.push_back(spring);
   return static_cast<int>(joint_springs.size()) - 1;
 }
+int MultibodyDef::add(JointFrictionDef friction) {
+  joint_frictions.push_back(friction);
+  return static_cast<int>(joint_frictions.size()) - 1;
+}
+int MultibodyDef::add(JointStopDef stop) {
+  joint_stops.push_back(stop);
+  return static_cast<int>(joint_stops.size()) - 1;
+}
+int MultibodyDef::add(JointArmatureDef armature) {
+  joint_armatures.push_back(armature);
+  return static_cast<int>(joint_armatures.size()) - 1;
+}
+int MultibodyDef::add(RotationMotorDef motor) {
+  rotation_motors.push_back(motor);
+  return static_cast<int>(rotation_motors.size()) - 1;
+}
 int MultibodyDef::add(DriveDef drive) {
   drives.push_back(drive);
   return static_cast<int>(drives.size()) - 1;

@@ -164,6 +164,10 @@ struct MultibodyDef {
   std::vector<SpringDamperDef> spring_dampers;
   std::vector<LoadDef> loads;
   std::vector<JointSpringDef> joint_springs;
+  std::vector<JointFrictionDef> joint_frictions;
+  std::vector<JointStopDef> joint_stops;
+  std::vector<JointArmatureDef> joint_armatures;
+  std::vector<RotationMotorDef> rotation_motors;
   std::vector<DriveDef> drives;
   Vector3d gravity = Vector3d::Zero();  // in W [m/s^2]
   // Initial values that a user has set, each with the one that the definition came with: these stay, the others give
@@ -176,6 +180,10 @@ struct MultibodyDef {
   int add(SpringDamperDef spring_damper);
   int add(LoadDef load);
   int add(JointSpringDef spring);
+  int add(JointFrictionDef friction);
+  int add(JointStopDef stop);
+  int add(JointArmatureDef armature);
+  int add(RotationMotorDef motor);
   int add(DriveDef drive);
 };
 

@@ -13,6 +13,8 @@ const std::vector<Unit>& units() {
       {"1", 0, 0, 0, 0, {}},
       {"s", 0, 0, 1, 0, {{"ms", 1e3}, {"us", 1e6}}},
       {"1/s", 0, 0, -1, 0, {}},
+      {"s/m", 0, -1, 1, 0, {}},
+      {"s/rad", 0, 0, 1, -1, {}},
       {"kg", 1, 0, 0, 0, {}},
       {"kg.m2", 1, 2, 0, 0, {}},
       {"m", 0, 1, 0, 0, {{"mm", 1e3}, {"um", 1e6}}},
@@ -55,6 +57,7 @@ Scales scales(const MultibodyDef& definition) {
 
 const std::vector<RealType>& real_types() {
   constexpr double inf = std::numeric_limits<double>::infinity();
+  constexpr double kLeastScale = 1e-12;  // of what makes a law smooth
   using S = Scales;
   static const std::vector<RealType> table = {
       // name, quantity, unit, shown in, min, max, nominal
@@ -79,6 +82,14 @@ const std::vector<RealType>& real_types() {
       {"Damping", "TranslationalDampingConstant", "N.s/m", nullptr, 0, inf, nullptr},
       {"TorsionalStiffness", "RotationalSpringConstant", "N.m/rad", nullptr, 0, inf, nullptr},
       {"TorsionalDamping", "RotationalDampingConstant", "N.m.s/rad", nullptr, 0, inf, nullptr},
+      {"FrictionForce", "Force", "N", nullptr, 0, inf, nullptr},
+      {"FrictionTorque", "Torque", "N.m", nullptr, 0, inf, nullptr},
+      {"RateScale", "Velocity", "m/s", nullptr, kLeastScale, inf, nullptr},
+      {"AngularRateScale", "AngularVelocity", "rad/s", nullptr, kLeastScale, inf, nullptr},
+      {"LengthScale", "Length", "m", "mm", kLeastScale, inf, nullptr},
+      {"AngleScale", "Angle", "rad", "deg", kLeastScale, inf, nullptr},
+      {"StopDamping", "ImpactDamping", "s/m", nullptr, 0, inf, nullptr},
+      {"TorsionalStopDamping", "ImpactDamping", "s/rad", nullptr, 0, inf, nullptr},
       {"MassDamping", "DampingCoefficient", "1/s", nullptr, 0, inf, nullptr},
       {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},

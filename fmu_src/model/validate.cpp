@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "model/mechanism.h"
 #include "model/names.h"
@@ -66,8 +68,13 @@ void validate_force(const MultibodyDef& d, const Def& force) {
       const bool finite = std::isfinite(values[i]);
       if (finite && values[i] >= type.min && values[i] <= type.max) continue;
       const std::string component = p.size > 0 ? "[" + std::to_string(i + 1) + "]" : "";
-      fail(variable_name(d, force, p.name), component, " is ", values[i], " ", type.unit,
-           finite ? "; it must not be negative." : "; it must be finite.");
+      const std::string name = variable_name(d, force, p.name) + component;
+      if (finite && type.min > 0) {
+        std::ostringstream least = text_stream(6);
+        least << type.min;
+        fail(name, " is ", values[i], " ", type.unit, "; it must be at least ", least.str(), ".");
+      }
+      fail(name, " is ", values[i], " ", type.unit, finite ? "; it must not be negative." : "; it must be finite.");
     }
   }
 }
@@ -102,11 +109,17 @@ void validate_station(const StationDef& s, const References& bodies) {
 // No coordinate has two of these.
 template <typename Def>
 void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, const char* what) {
-  for (std::size_t i = 0; i < elements.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (elements[i].joint != elements[k].joint || elements[i].coordinate != elements[k].coordinate) continue;
-      fail(d.joints[elements[i].joint].name, " has two ", what, " on the same coordinate; one is allowed.");
-    }
+  std::set<std::pair<int, int>> known;
+  for (const Def& element : elements) {
+    if (known.emplace(element.joint, element.coordinate).second) continue;
+    fail(d.joints[element.joint].name, " has two ", what, " on the same coordinate; one is allowed.");
+  }
+}
+
+void validate_motors(const std::vector<RotationMotorDef>& motors, const MultibodyDef& d) {
+  std::set<int> known;
+  for (const RotationMotorDef& motor : motors) {
+    if (!known.insert(motor.joint).second) fail(d.joints[motor.joint].name, " has two rotation motors; one is allowed.");
   }
 }
 
@@ -157,7 +170,11 @@ void validation::validate_structure(const MultibodyDef& d) {
     for (const auto& force : forces) force.check(of);
   });
   for (const DriveDef& drive : d.drives) of.coordinate("A drive", drive.joint, drive.coordinate);
-  validate_once(d.joint_springs, d, "springs");
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    using Def = typename std::decay_t<decltype(forces)>::value_type;
+    if constexpr (std::is_base_of_v<OnCoordinate, Def>) validate_once(forces, d, Def::kSeveral);
+    if constexpr (std::is_same_v<RotationMotorDef, Def>) validate_motors(forces, d);
+  });
   validate_once(d.drives, d, "drives");
   validate_held(d);
 }

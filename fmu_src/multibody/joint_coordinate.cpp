@@ -63,6 +63,51 @@ double JointCoordinate::acceleration(const Kinematics& k, const Vector6d& vdot1,
   return part(0, vdot1) + part(1, vdot2);
 }
 
+// Angles: rate = m . w_2 - n . w_1 of an axis n of frame 1, m = R_2^T R_1 n, so with q = w_1 x n
+//
+//   c'' = m . w_2' - n . w_1' + (R_2^T R_1 q) . w_2,
+//
+// and the same with bodies and sign exchanged for an axis of frame 2; nothing moves an axis of both frames. In body 1 a
+// displacement has, of point 2 against the origin of body 1, u, its velocity e and its acceleration f (both of W), and
+//
+//   c'' = n . f + 2 (w_1 x n) . e + (w_1' x n + w_1 x (w_1 x n)) . u = A_0 . f + A_1 . e + A_2 . u.
+void JointCoordinate::acceleration_derivatives(const Kinematics& k, const Vector6d& vdot1, const Vector6d& vdot2,
+                                               const FrameRows& by_motion, const FrameRows& by_velocity) const {
+  for (int i = 0; i < 2; ++i) {
+    by_motion[i].setZero();
+    by_velocity[i].setZero();
+  }
+  if (is_angle()) {
+    if (type_.of == Of::both_frames) return;
+    const bool of_2 = type_.of == Of::frame2;
+    const int own = of_2 ? 1 : 0, other = 1 - own;
+    const FrameKinematics &k1 = k[own], &k2 = k[other];
+    const double sign = of_2 ? -1.0 : 1.0;
+    const Vector3d n = of_2 ? n2_ : n1_, q = k1.w_WB_B.cross(n), wdot_2 = (of_2 ? vdot1 : vdot2).tail<3>();
+    const Matrix3d R12 = k1.R_WB.transpose() * k2.R_WB;
+    const Vector3d m = R12.transpose() * n, q_in_2 = R12.transpose() * q;
+    by_motion[own].rightCols<3>() = sign * (n.cross(R12 * wdot_2) + q.cross(R12 * k2.w_WB_B)).transpose();
+    by_motion[other].rightCols<3>() = sign * (wdot_2.cross(m) + k2.w_WB_B.cross(q_in_2)).transpose();
+    by_velocity[own].rightCols<3>() = sign * n.cross(R12 * k2.w_WB_B).transpose();
+    by_velocity[other].rightCols<3>() = sign * q_in_2.transpose();
+    return;
+  }
+  const FrameKinematics &k1 = k[0], &k2 = k[1];
+  const Vector3d w1 = k1.w_WB_B, w2 = k2.w_WB_B, wdot1 = vdot1.tail<3>(), wdot2 = vdot2.tail<3>(), &s2 = along_.s2;
+  const Matrix3d R12 = k1.R_WB.transpose() * k2.R_WB;
+  const Vector3d turn = w1.cross(n1_), sdot = w2.cross(s2), sddot = wdot2.cross(s2) + w2.cross(sdot);
+  const Vector3d u = along_.seen_from_1(k1, k2);
+  const Vector3d e = k1.R_WB.transpose() * (k2.v_WB - k1.v_WB) + R12 * sdot;
+  const Vector3d f = k1.R_WB.transpose() * (vdot2.head<3>() - vdot1.head<3>()) + R12 * sddot;
+  const Vector3d A1 = 2 * turn, A2 = wdot1.cross(n1_) + w1.cross(turn);
+  const Vector3d m0 = R12.transpose() * n1_, m1 = R12.transpose() * A1, m2 = R12.transpose() * A2;
+  const Vector3d A1_W = k1.R_WB * A1, A2_W = k1.R_WB * A2;
+  by_motion[0] << -A2_W.transpose(), (n1_.cross(f) + A1.cross(e) + A2.cross(u)).transpose();
+  by_motion[1] << A2_W.transpose(), (sddot.cross(m0) + sdot.cross(m1) + s2.cross(m2)).transpose();
+  by_velocity[0] << -A1_W.transpose(), (2 * n1_.cross(e) + turn.cross(u) + n1_.cross(u.cross(w1))).transpose();
+  by_velocity[1] << A1_W.transpose(), (s2.cross(m1) + sdot.cross(m0) + s2.cross(m0.cross(w2))).transpose();
+}
+
 void JointCoordinate::add_force(const Kinematics& k, double f, const FrameForces& r) const {
   if (is_angle()) {
     if (r.has(0)) r[0].tail<3>() += f * axis_in_1(k);

@@ -33,6 +33,9 @@ class JointCoordinate {
   double rate(const Kinematics& k) const;
   // c'' = B vdot + Z v [rad/s2] or [m/s2], with the accelerations of both frames as their velocities are.
   double acceleration(const Kinematics& k, const Vector6d& vdot1, const Vector6d& vdot2) const;
+  // Rows d(c'')/d(motion) and d(c'')/dv.
+  void acceleration_derivatives(const Kinematics& k, const Vector6d& vdot1, const Vector6d& vdot2,
+                                const FrameRows& by_motion, const FrameRows& by_velocity) const;
   // r -= B^T f for a torque [N m] or force [N] f along the coordinate, B = d(rate)/dv.
   void add_force(const Kinematics& k, double f, const FrameForces& r) const;
   // K -= d(B^T f)/d(motion) at constant f.

@@ -40,6 +40,7 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
     const auto& [body, f, node] = node_frames_[k];
     evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
+  if (!armatures_.empty()) add_armature_masses(e);
   for (const auto& [element, at, first, rows] : constraints_) {
     element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
@@ -72,6 +73,7 @@ void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambd
     element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_forces(at, e, r);
   }
+  if (!armatures_.empty()) add_armature_forces(e, vdot, r);
 }
 
 void System::add_gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const {
@@ -151,6 +153,7 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Input
     element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_pairs(at, e);
   }
+  if (!armatures_.empty()) linearize_armatures(vdot, e);
 }
 
 double System::kinetic_energy(const Evaluation& e) const {
@@ -159,6 +162,7 @@ double System::kinetic_energy(const Evaluation& e) const {
   for (int f = 0; f < flexible_count(); ++f) {
     energy += flexible(f).kinetic_energy(e.frames[flexible_body(f)], e.flexible[f]);
   }
+  for (const auto& [element, force] : armatures_) energy += element->kinetic_energy(force_kinematics(e, force));
   return energy;
 }
 

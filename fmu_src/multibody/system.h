@@ -20,6 +20,7 @@
 #include "multibody/constraints/compliance.h"
 #include "multibody/constraints/joint.h"
 #include "multibody/forces/force.h"
+#include "multibody/forces/joint_armature.h"
 #include "multibody/frame.h"
 #include "multibody/pattern.h"
 
@@ -176,6 +177,15 @@ class System {
     std::unique_ptr<Force> element;
     Attachment at;
   };
+  // One of the forces, and a block of M that these change: of a rigid body with itself, else between two bodies.
+  struct Armature {
+    const JointArmature* element;
+    int force;
+  };
+  struct ArmatureBlock {
+    int offset;
+    const RigidBody* body;
+  };
   struct AttachedCoordinate {
     JointCoordinate coordinate;
     Attachment at;
@@ -198,6 +208,11 @@ class System {
   const NodeFrameEvaluation& node_frame(const Evaluation& e, int frame) const {
     return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
   }
+  // What armatures have in M, r, K and C.
+  void add_armature_masses(Evaluation& e) const;
+  void add_armature_forces(const Evaluation& e, const VectorXd& vdot, VectorXd& r) const;
+  void linearize_armatures(const VectorXd& vdot, Evaluation& e) const;
+  JointArmature::Accelerations accelerations(const Attachment& at, const VectorXd& vdot) const;
   // Of v of a frame.
   Vector6d frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const;
   void pull_back_rows(Evaluation& e) const;
@@ -227,6 +242,8 @@ class System {
   std::vector<AttachedConstraint> constraints_;
   std::vector<PulledRows> pulled_rows_;
   std::vector<AttachedForce> forces_;
+  std::vector<Armature> armatures_;
+  std::vector<ArmatureBlock> armature_blocks_;
   std::vector<AttachedCoordinate> coordinates_;
   std::vector<int> coordinate_index_;
   std::vector<const Joint*> joints_;

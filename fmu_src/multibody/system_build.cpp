@@ -1,13 +1,18 @@
 // What a System is built from: unknowns, frames, elements, and where all their blocks are.
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/constraints/drive.h"
+#include "multibody/forces/joint_armature.h"
+#include "multibody/forces/joint_friction.h"
 #include "multibody/forces/joint_spring.h"
+#include "multibody/forces/joint_stop.h"
 #include "multibody/forces/load.h"
 #include "multibody/forces/motor.h"
+#include "multibody/forces/rotation_motor.h"
 #include "multibody/forces/spring_damper.h"
 #include "multibody/system.h"
 
@@ -55,8 +60,24 @@ class System::Builder {
       pair(modes, pose);
       pair(modes, modes);
     }
+    armature_blocks();
     s_.pattern_.inertia_pairs = static_cast<int>(s_.pattern_.pairs.size());
     s_.inertia_size_ = s_.blocks_size_;
+  }
+
+  // Blocks of M that armatures change; those of a flexible body with itself are written anew anyhow.
+  void armature_blocks() {
+    std::set<std::pair<int, int>> known;
+    for (const JointArmatureDef& d : definition_.joint_armatures) {
+      const int bodies[] = {definition_.joints[d.joint].body1, definition_.joints[d.joint].body2};
+      for (int i : bodies) {
+        for (int j : bodies) {
+          if (i == kGround || j == kGround || !known.emplace(i, j).second) continue;
+          const int offset = pair(i, j);
+          if (i != j || s_.rigid(i)) s_.armature_blocks_.push_back({offset, i == j ? s_.rigid(i) : nullptr});
+        }
+      }
+    }
   }
 
   void unknown(int body, bool pose, int positions, int velocities) {
@@ -169,10 +190,26 @@ class System::Builder {
   void force(const SpringDamperDef& d, int index) {
     force(std::make_unique<SpringDamper>(d, index), {frame(d.body1, d.node1), frame(d.body2, d.node2)});
   }
-  void force(const JointSpringDef& d, int index) {
+  void force(const JointSpringDef& d, int index) { on_coordinate<JointSpring>(d, index); }
+  void force(const JointFrictionDef& d, int index) { on_coordinate<JointFriction>(d, index); }
+  void force(const JointStopDef& d, int index) { on_coordinate<JointStop>(d, index); }
+  void force(const JointArmatureDef& d, int index) {
+    const auto& [coordinate, at] = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
+    auto element = std::make_unique<JointArmature>(coordinate, index);
+    s_.armatures_.push_back({element.get(), s_.force_count()});
+    force(std::move(element), at.frames);
+  }
+  void force(const RotationMotorDef& d, int) {
+    const JointDef& joint = definition_.joints[d.joint];
+    force(std::make_unique<RotationMotor>(joint.frame1, joint.frame2),
+          {frame(joint.body1, joint.frame1.node), frame(joint.body2, joint.frame2.node)});
+  }
+
+  template <typename Element, typename Def>
+  void on_coordinate(const Def& d, int index) {
     const int c = s_.coordinate_index_[d.joint] + d.coordinate;
     const auto& [coordinate, at] = s_.coordinates_[c];
-    force(std::make_unique<JointSpring>(coordinate, c, index), at.frames);
+    force(std::make_unique<Element>(coordinate, c, index), at.frames);
   }
 
   System& s_;

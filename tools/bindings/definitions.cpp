@@ -151,18 +151,60 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body", &LoadDef::body)
       .def_ro("force", &LoadDef::force)
       .def_ro("torque", &LoadDef::torque);
-  nb::class_<JointSpringDef>(m, "JointSpring", "Spring and damper on a joint's coordinate.")
+  nb::class_<OnCoordinate>(m, "OnCoordinate", "What acts along a joint's coordinate.")
+      .def_ro("joint", &OnCoordinate::joint)
+      .def_ro("coordinate", &OnCoordinate::coordinate);
+  nb::class_<JointSpringDef, OnCoordinate>(m, "JointSpring", "Spring and damper on a joint's coordinate.")
       .def(
           "__init__",
           [](JointSpringDef* s, int joint, double stiffness, double damping, double rest, int coordinate) {
-            new (s) JointSpringDef{joint, coordinate, stiffness, damping, rest};
+            new (s) JointSpringDef{{joint, coordinate}, stiffness, damping, rest};
           },
           "joint"_a, "stiffness"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0, "coordinate"_a = 0)
-      .def_ro("joint", &JointSpringDef::joint)
-      .def_ro("coordinate", &JointSpringDef::coordinate)
       .def_rw("stiffness", &JointSpringDef::stiffness)
       .def_rw("damping", &JointSpringDef::damping)
       .def_rw("rest", &JointSpringDef::rest);
+  nb::class_<JointFrictionDef, OnCoordinate>(m, "JointFriction", "Smooth friction on a joint's coordinate.")
+      .def(
+          "__init__",
+          [](JointFrictionDef* f, int joint, double friction, double stribeck_friction, double stribeck_rate,
+             double viscous_friction, double creep_rate, int coordinate) {
+            new (f) JointFrictionDef{{joint, coordinate}, friction,  stribeck_friction, stribeck_rate,
+                                     viscous_friction,    creep_rate};
+          },
+          "joint"_a, "friction"_a = 0.0, "stribeck_friction"_a = 0.0, "stribeck_rate"_a = 0.1,
+          "viscous_friction"_a = 0.0, "creep_rate"_a = 1e-3, "coordinate"_a = 0)
+      .def_rw("friction", &JointFrictionDef::friction)
+      .def_rw("stribeck_friction", &JointFrictionDef::stribeck_friction)
+      .def_rw("stribeck_rate", &JointFrictionDef::stribeck_rate)
+      .def_rw("viscous_friction", &JointFrictionDef::viscous_friction)
+      .def_rw("creep_rate", &JointFrictionDef::creep_rate);
+  nb::class_<JointStopDef, OnCoordinate>(m, "JointStop", "Stops at both ends of a joint coordinate's range.")
+      .def(
+          "__init__",
+          [](JointStopDef* s, int joint, double lower, double upper, double stiffness, double damping, double depth,
+             int coordinate) {
+            new (s) JointStopDef{{joint, coordinate}, lower, upper, stiffness, damping, depth};
+          },
+          "joint"_a, "lower"_a = -1e9, "upper"_a = 1e9, "stiffness"_a = 0.0, "damping"_a = 0.0, "depth"_a = 1e-3,
+          "coordinate"_a = 0)
+      .def_rw("lower", &JointStopDef::lower)
+      .def_rw("upper", &JointStopDef::upper)
+      .def_rw("stiffness", &JointStopDef::stiffness)
+      .def_rw("damping", &JointStopDef::damping)
+      .def_rw("depth", &JointStopDef::depth);
+  nb::class_<JointArmatureDef, OnCoordinate>(m, "JointArmature", "Inertia that moves with a joint's coordinate.")
+      .def(
+          "__init__",
+          [](JointArmatureDef* a, int joint, double armature, int coordinate) {
+            new (a) JointArmatureDef{{joint, coordinate}, armature};
+          },
+          "joint"_a, "armature"_a, "coordinate"_a = 0)
+      .def_rw("armature", &JointArmatureDef::armature);
+  nb::class_<RotationMotorDef>(m, "RotationMotor", "Torque in a joint that lets its bodies turn any way.")
+      .def(
+          "__init__", [](RotationMotorDef* r, int joint) { new (r) RotationMotorDef{joint}; }, "joint"_a)
+      .def_ro("joint", &RotationMotorDef::joint);
   nb::enum_<DriveDef::Motion>(m, "Motion")
       .value("position", DriveDef::Motion::position)
       .value("rate", DriveDef::Motion::rate)
@@ -198,6 +240,10 @@ void bind_definitions(nb::module_& m) {
       .def_ro("spring_dampers", &MultibodyDef::spring_dampers)
       .def_ro("loads", &MultibodyDef::loads)
       .def_ro("joint_springs", &MultibodyDef::joint_springs)
+      .def_ro("joint_frictions", &MultibodyDef::joint_frictions)
+      .def_ro("joint_stops", &MultibodyDef::joint_stops)
+      .def_ro("joint_armatures", &MultibodyDef::joint_armatures)
+      .def_ro("rotation_motors", &MultibodyDef::rotation_motors)
       .def_ro("drives", &MultibodyDef::drives)
       .def(
           "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
@@ -207,6 +253,10 @@ void bind_definitions(nb::module_& m) {
       .def("add", nb::overload_cast<SpringDamperDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<LoadDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<JointSpringDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointFrictionDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointStopDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointArmatureDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<RotationMotorDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<DriveDef>(&MultibodyDef::add))
       .def("validate", [](const MultibodyDef& d) { validate(d); });
   nb::class_<IntegratorSettings>(m, "IntegratorSettings")

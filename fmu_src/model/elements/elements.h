@@ -7,8 +7,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "model/elements/joint_armature.h"
+#include "model/elements/joint_friction.h"
 #include "model/elements/joint_spring.h"
+#include "model/elements/joint_stop.h"
 #include "model/elements/load.h"
+#include "model/elements/rotation_motor.h"
 #include "model/elements/spring_damper.h"
 
 namespace sigmafmu {
@@ -19,6 +23,10 @@ void for_each_force_list(Any& d, Use use) {
   use("loads", d.loads);
   use("forces", d.spring_dampers);
   use("joint_springs", d.joint_springs);
+  use("joint_frictions", d.joint_frictions);
+  use("joint_stops", d.joint_stops);
+  use("joint_armatures", d.joint_armatures);
+  use("rotation_motors", d.rotation_motors);
 }
 
 template <typename Def, typename = void>
@@ -42,7 +50,7 @@ std::string variable_name(const MultibodyDef& d, const Def& element, const std::
 
 template <typename Def>
 const char* type_of(const MultibodyDef& d, const Def& element, const Parameter<Def>& parameter) {
-  if constexpr (!HasName<Def>::value) {
+  if constexpr (std::is_base_of_v<OnCoordinate, Def>) {
     if (parameter.type_of_angle && element.turns(d)) return parameter.type_of_angle;
   }
   return parameter.type;

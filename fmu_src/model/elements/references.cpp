@@ -34,9 +34,13 @@ void References::node(const std::string& name, int body, int node) const {
        nodes(body) - 1, ".");
 }
 
-void References::coordinate(const char* what, int joint, int coordinate) const {
+void References::joint(const char* what, int joint) const {
   const int joints = static_cast<int>(d_.joints.size());
   if (joint < 0 || joint >= joints) fail(what, " acts on joint ", joint, "; allowed are 0 to ", joints - 1, ".");
+}
+
+void References::coordinate(const char* what, int joint, int coordinate) const {
+  this->joint(what, joint);
   const JointDef& j = d_.joints[joint];
   if (coordinate >= 0 && coordinate < j.coordinate_count()) return;
   fail(what, " acts on coordinate ", coordinate, " of ", j.name, "; joints of its type have ", j.coordinate_count(),
