@@ -71,7 +71,7 @@ def add_elements(rng, definition, q, *, armatures=True):
             numbers = rng.uniform(0.2, 2.0, 12)
             definition.add(_core.JointFriction(j, *numbers[:3], numbers[3], 0.5 + numbers[4], k))
             value, _ = system.coordinate(q, np.zeros(system.velocity_size), j, k)
-            soft, depth = 0.2 * numbers[7], rng.choice([-0.1, 0.5, 1.5])
+            soft, depth = 0.2 + 0.1 * numbers[7], rng.choice([-0.3, 0.5, 1.5])
             upper = rng.random() < 0.5
             low, high = (-9.0, value - depth * soft) if upper else (value + depth * soft, 9.0)
             definition.add(_core.JointStop(j, low, high, *numbers[5:7], soft, k))
