@@ -55,8 +55,10 @@ const std::vector<std::string>& joint_type_names() {
 }
 
 std::string constraint_name(const MultibodyDef& d, int constraint) {
-  const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size();
-  return c < joints ? d.joints[c].name : "the drive of " + d.joints[d.drives[c - joints].joint].name;
+  const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size(), drives = d.drives.size();
+  if (c < joints) return d.joints[c].name;
+  if (c < joints + drives) return "the drive of " + d.joints[d.drives[c - joints].joint].name;
+  return d.couplings[c - joints - drives].name;
 }
 
 int MultibodyDef::add(RigidBodyDef body) {
@@ -96,8 +98,16 @@ int MultibodyDef::add(RotationMotorDef motor) {
   return static_cast<int>(rotation_motors.size()) - 1;
 }
 int MultibodyDef::add(DriveDef drive) {
-  drives.push_back(drive);
+  drives.push_back(std::move(drive));
   return static_cast<int>(drives.size()) - 1;
+}
+int MultibodyDef::add(CouplingDef coupling) {
+  couplings.push_back(std::move(coupling));
+  return static_cast<int>(couplings.size()) - 1;
+}
+int MultibodyDef::add(MotionDef motion) {
+  motions.push_back(std::move(motion));
+  return static_cast<int>(motions.size()) - 1;
 }
 int Mechanism::add(StationDef station) {
   stations.push_back(std::move(station));

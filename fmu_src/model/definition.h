@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "model/elements/coupling.h"
 #include "model/elements/elements.h"
 
 namespace sigmafmu {
@@ -134,14 +135,40 @@ struct JointDef {
   std::string word_on(int coordinate, const std::string& word) const;
 };
 
+// Points (time from the start [s], value) of a function of time: the natural cubic spline through them, and straight
+// lines beyond its ends.
+struct TableDef {
+  std::vector<double> times, values;
+};
+
 // Prescribes a joint's coordinate: where it is from the start on, or at which rate or acceleration it goes on from its
-// initial value.
+// initial value. A constant, a function of time, or an input of the FMU with the derivatives that the master gives.
 struct DriveDef {
   enum class Motion { position, rate, acceleration };
   int joint = 0;
   int coordinate = 0;  // of the joint
   Motion motion = Motion::rate;
-  double value = 0;  // [rad] or [m], per s, per s^2
+  double value = 0;  // [rad] or [m], per s, per s^2; of an input: at the start
+  bool input = false;
+  std::optional<TableDef> table = std::nullopt;  // in place of the value
+  // Of an input at the start, as the master has set them.
+  double first_derivative = 0, second_derivative = 0;
+
+  // `angle`, `rate` or `acceleration` as the name of the input has it: `joint.drivenAngle`.
+  std::string input_name(const MultibodyDef& definition) const;
+};
+
+// A frame of the ground that moves in a prescribed way: a shaker, a road, the deck of a ship. Elements attach to it as
+// to node k of the ground, where this is motion k. Six functions of time tell its displacement d [m] in W and its
+// rotation vector psi [rad], each 0 where nothing is said: p = position + d, R = axes exp(hat(psi)).
+struct MotionDef {
+  std::string name;
+  Vector3d position = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity();
+  bool input = false;  // all six are inputs of the FMU: `displacement`, `rotation`
+  std::array<std::optional<TableDef>, 6> tables = {};
+  // Of inputs at the start, as the master has set them: values, first and second derivatives.
+  std::array<std::array<double, 6>, 3> start = {};
 };
 
 // One of the numbers that a mechanism starts from. Objects are bodies, or joints.
@@ -169,6 +196,8 @@ struct MultibodyDef {
   std::vector<JointArmatureDef> joint_armatures;
   std::vector<RotationMotorDef> rotation_motors;
   std::vector<DriveDef> drives;
+  std::vector<CouplingDef> couplings;
+  std::vector<MotionDef> motions;
   Vector3d gravity = Vector3d::Zero();  // in W [m/s^2]
   // Initial values that a user has set, each with the one that the definition came with: these stay, the others give
   // way where the joints ask for it.
@@ -185,6 +214,8 @@ struct MultibodyDef {
   int add(JointArmatureDef armature);
   int add(RotationMotorDef motor);
   int add(DriveDef drive);
+  int add(CouplingDef coupling);
+  int add(MotionDef motion);
 };
 
 // How many components the vector has that a value belongs to, 0 where there is no such value. Those of a joint are its
@@ -201,10 +232,16 @@ MultibodyDef without_held_values(const MultibodyDef& definition);
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what);
 const char* initial_unit(const MultibodyDef& definition, const InitialValue& what);
 
+// Of a body's frame or of one of its nodes, from its initial values; of a moving frame where its motion is zero.
+struct PoseAtStart {
+  Vector3d position = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity();
+};
+PoseAtStart pose_at_start(const MultibodyDef& definition, int body, int node);
 // The length [m] of a distance joint.
 double rod_length(const MultibodyDef& definition, const JointDef& joint);
 
-// The name of a constraint: joints come first, then drives, each called by its joint.
+// The name of a constraint: joints come first, then drives, each called by its joint, then couplings.
 std::string constraint_name(const MultibodyDef& definition, int constraint);
 
 // How large the mechanism is [m]: the largest distance of a joint, spring-damper or node from the origin of its body's

@@ -57,28 +57,50 @@ std::string JointDef::word_on(int coordinate, const std::string& word) const {
   return longer;
 }
 
+PoseAtStart pose_at_start(const MultibodyDef& d, int body, int node) {
+  if (body == kGround) {
+    if (node == kFloatingFrame) return {};
+    return {d.motions[node].position, d.motions[node].axes};
+  }
+  const RigidBodyDef& b = d.bodies[body];
+  const Vector4d& quat = b.initial_quaternion;
+  PoseAtStart pose;
+  pose.axes = Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]).normalized().toRotationMatrix();
+  pose.position = b.initial_position;
+  if (node == kFloatingFrame) return pose;
+  const ModalDef& modal = *b.modal;
+  const VectorXd& zeta = modal.initial_coordinates;
+  Vector3d point = modal.nodes.row(node).transpose();
+  if (zeta.size() > 0) point += modal.shapes.middleRows<3>(3 * node) * zeta;
+  pose.position += pose.axes * point;
+  if (zeta.size() > 0 && modal.rotations.size() > 0) {
+    pose.axes *= lie::exp(Vector3d(modal.rotations.middleRows<3>(3 * node) * zeta)).toRotationMatrix();
+  }
+  return pose;
+}
+
 namespace {
 
 // Where a frame's origin is at the start, in W.
 Vector3d place_at_start(const MultibodyDef& d, int body, const Frame& frame) {
-  if (body == kGround) return frame.origin;
-  const RigidBodyDef& b = d.bodies[body];
-  Vector3d point = frame.origin;
-  if (frame.node != kFloatingFrame) {
-    const ModalDef& modal = *b.modal;
-    const VectorXd& zeta = modal.initial_coordinates;
-    const bool deformed = zeta.size() > 0;
-    if (deformed && modal.rotations.size() > 0) {
-      point = lie::exp(Vector3d(modal.rotations.middleRows<3>(3 * frame.node) * zeta)) * point;
-    }
-    point += modal.nodes.row(frame.node).transpose();
-    if (deformed) point += modal.shapes.middleRows<3>(3 * frame.node) * zeta;
-  }
-  const Vector4d& quat = b.initial_quaternion;
-  return b.initial_position + Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]).normalized() * point;
+  const PoseAtStart pose = pose_at_start(d, body, frame.node);
+  return pose.position + pose.axes * frame.origin;
 }
 
 }  // namespace
+
+std::string DriveDef::input_name(const MultibodyDef& d) const {
+  const JointDef& j = d.joints[joint];
+  switch (motion) {
+    case Motion::position:
+      return j.name + "." + j.word(coordinate, "drivenAngle", "drivenDisplacement");
+    case Motion::rate:
+      return j.name + "." + j.word_on(coordinate, "drivenRate");
+    case Motion::acceleration:
+      break;
+  }
+  return j.name + "." + j.word_on(coordinate, "drivenAcceleration");
+}
 
 double rod_length(const MultibodyDef& d, const JointDef& j) {
   if (j.length == j.length) return j.length;

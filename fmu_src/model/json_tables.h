@@ -110,7 +110,39 @@ void visit(Archive& archive, Any& d) {
   archive.joint("joint", d.joint);
   archive.optional("coordinate", d.coordinate);
   archive.choice("motion", d.motion, {"position", "rate", "acceleration"}, 0);
-  archive.required("value", d.value);
+  archive.optional("value", d.value, !d.table);
+  archive.optional("input", d.input, d.input);
+  archive.optional("table", d.table, d.table.has_value());
+}
+
+template <typename Archive, typename Any, If<TableDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("times", d.times);
+  archive.required("values", d.values);
+}
+
+template <typename Archive, typename Any, If<CouplingDef::Term, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.joint("joint", d.joint);
+  archive.optional("coordinate", d.coordinate);
+  archive.required("polynomial", d.polynomial);
+}
+
+template <typename Archive, typename Any, If<CouplingDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.required("terms", d.terms);
+  archive.optional("offset", d.offset, !std::isnan(d.offset));
+}
+
+template <typename Archive, typename Any, If<MotionDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.optional("position", d.position);
+  archive.optional("orientation", Group{[&](auto& a) { a.required("matrix", d.axes); }});
+  archive.optional("input", d.input, d.input);
+  constexpr const char* keys[] = {"x", "y", "z", "rx", "ry", "rz"};
+  for (std::size_t i = 0; i < d.tables.size(); ++i) archive.optional(keys[i], d.tables[i], d.tables[i].has_value());
 }
 
 template <typename Archive, typename Any, If<StationDef, Any> = 0>
@@ -156,6 +188,8 @@ void visit(Archive& archive, Any& d) {
   archive.list("joints", m.joints, add);
   for_each_force_list(m, [&](const char* key, auto& forces) { archive.list(key, forces, add); });
   archive.list("drives", m.drives, add);
+  archive.list("couplings", m.couplings, add);
+  archive.list("motions", m.motions, add);
   archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
   archive.optional("expose", d.expose, d.expose.has_value());
   archive.optional("integrator", d.integrator);

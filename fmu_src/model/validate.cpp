@@ -33,6 +33,8 @@ void validate_length(const MultibodyDef& d, const JointDef& j) {
     if (!std::isnan(j.length)) fail(j.name, " has the length ", j.length, " m; joints of its type must have none.");
     return;
   }
+  const bool moving = (j.body1 == kGround && j.frame1.node >= 0) || (j.body2 == kGround && j.frame2.node >= 0);
+  if (std::isnan(j.length) && moving) fail(j.name, " holds to a moving frame of the ground; its length must be set.");
   const double length = rod_length(d, j);
   if (length > 0 && std::isfinite(length)) return;
   if (std::isnan(j.length)) fail(j.name, " keeps points apart that coincide at the start; they must have a distance.");
@@ -84,9 +86,40 @@ void validate_points(const SpringDamperDef& s) {
   require_finite(s.name + ".point2", s.point2, "m");
 }
 
+void validate_table(const std::string& name, const TableDef& table) {
+  const std::size_t points = table.times.size();
+  if (points != table.values.size() || points < 2) {
+    fail(name, " has a table of ", points, " times and ", table.values.size(),
+         " values; it must have as many of both, at least two.");
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (!std::isfinite(table.times[i]) || !std::isfinite(table.values[i])) {
+      fail("Point ", i + 1, " of the table of ", name, " is ", table.values[i], " at ", table.times[i],
+           " s; both must be finite.");
+    }
+    if (i > 0 && !(table.times[i] > table.times[i - 1])) {
+      fail("Times ", i, " and ", i + 1, " of the table of ", name, " are ", table.times[i - 1], " s and ",
+           table.times[i], " s; they must ascend.");
+    }
+  }
+}
+
 void validate_drive(const MultibodyDef& d, const DriveDef& drive) {
-  if (!std::isfinite(drive.value)) {
-    fail("The value of the drive of ", d.joints[drive.joint].name, " is ", drive.value, "; it must be finite.");
+  const std::string name = "the drive of " + d.joints[drive.joint].name;
+  for (double x : {drive.value, drive.first_derivative, drive.second_derivative}) {
+    if (!std::isfinite(x)) fail("The value of ", name, " is ", x, "; it must be finite.");
+  }
+  if (!drive.table) return;
+  if (drive.input) fail("The drive of ", d.joints[drive.joint].name, " has a table and is an input; it must be one.");
+  validate_table(name, *drive.table);
+}
+
+void validate_motion(const MotionDef& m) {
+  validate_frame(m.name, {m.position, m.axes});
+  for (const auto& table : m.tables) {
+    if (!table) continue;
+    if (m.input) fail(m.name, " has a table and is an input; it must be one of them.");
+    validate_table(m.name, *table);
   }
 }
 
@@ -139,6 +172,8 @@ void validate_names(const MultibodyDef& d, const std::vector<StationDef>& statio
   };
   add(d.bodies, "body");
   add(d.joints, "joint");
+  add(d.couplings, "coupling");
+  add(d.motions, "motion");
   for_each_force_list(d, [&](const char*, const auto& forces) {
     using Def = typename std::decay_t<decltype(forces)>::value_type;
     if constexpr (HasName<Def>::value) add(forces, Def::kKind);
@@ -176,6 +211,7 @@ void validation::validate_structure(const MultibodyDef& d) {
     if constexpr (std::is_same_v<RotationMotorDef, Def>) validate_motors(forces, d);
   });
   validate_once(d.drives, d, "drives");
+  for (const CouplingDef& coupling : d.couplings) coupling.check(d);
   validate_held(d);
 }
 
@@ -189,6 +225,7 @@ void validate(const MultibodyDef& d) {
   });
   for (const auto& x : d.spring_dampers) validate_points(x);
   for (const auto& x : d.drives) validate_drive(d, x);
+  for (const auto& x : d.motions) validate_motion(x);
 }
 
 void validate(const IntegratorSettings& settings) {

@@ -36,11 +36,12 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
     M.frame_modal = e.flexible[f].M_modal;
     M.modal_frame = e.flexible[f].M_modal.transpose();
   }
-  for (std::size_t k = 1; k < node_frames_.size(); ++k) {
+  for (std::size_t k = 1 + moving_frames_.size(); k < node_frames_.size(); ++k) {
     const auto& [body, f, node] = node_frames_[k];
     evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
   if (!armatures_.empty()) add_armature_masses(e);
+  if (!moving_frames_.empty()) move_frames(u, e);
   for (const auto& [element, at, first, rows] : constraints_) {
     element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
@@ -110,9 +111,11 @@ void System::subtract_rows_times(const VectorXd& rows, const double* v, VectorXd
 }
 
 void System::constraint_rates(const Inputs& u, Evaluation& e) const {
+  if (!moving_rows_.empty()) e.W.setZero();
   for (const auto& [element, at, first, rows] : constraints_) {
     element->rates(u, kinematics(e, at), FrameRows(e.Z.data() + rows, element->equations()), e.W.data() + first);
   }
+  if (!moving_rows_.empty()) add_explicit_rates(e);
   if (!pulled_rows_.empty()) pull_back_rates(e);
 }
 
@@ -133,7 +136,7 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Input
       e.frame_K.setZero();
       e.frame_C.setZero();
     }
-    element->stiffness(kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
+    element->stiffness(u, kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
     if (!at.at_node) continue;
     const int m = element->equations();
     for (int i = 0; i < at.count(); ++i) {

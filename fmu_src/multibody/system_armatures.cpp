@@ -17,25 +17,23 @@ void System::add_armature_masses(Evaluation& e) const {
   }
 }
 
-JointArmature::Accelerations System::accelerations(const Attachment& at, const VectorXd& vdot) const {
-  const auto of = [&](int frame) -> Vector6d {
-    if (frame == body_count_) return Vector6d::Zero();
-    return vdot.segment<6>(kVelocitiesPerBody * frame);
-  };
+JointArmature::Accelerations System::accelerations(const Evaluation& e, const Attachment& at,
+                                                   const VectorXd& vdot) const {
+  const auto of = [&](int frame) { return frame_acceleration(e, frame, vdot, vdot); };  // no node, no velocities
   return {of(at.frames[0]), of(at.frames[1])};
 }
 
 void System::add_armature_forces(const Evaluation& e, const VectorXd& vdot, VectorXd& r) const {
   for (const auto& [element, force] : armatures_) {
     const Attachment& at = forces_[force].at;
-    element->add_inertial_force(kinematics(e, at), accelerations(at, vdot), {r.data(), at.force.data()});
+    element->add_inertial_force(kinematics(e, at), accelerations(e, at, vdot), {r.data(), at.force.data()});
   }
 }
 
 void System::linearize_armatures(const VectorXd& vdot, Evaluation& e) const {
   for (const auto& [element, force] : armatures_) {
     const Attachment& at = forces_[force].at;
-    element->linearize(kinematics(e, at), accelerations(at, vdot), pairs(at, e.K, e.K), pairs(at, e.C, e.C));
+    element->linearize(kinematics(e, at), accelerations(e, at, vdot), pairs(at, e.K, e.K), pairs(at, e.C, e.C));
   }
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "multibody/bodies/rigid_body_inline.h"
@@ -25,9 +26,14 @@ class System::Builder {
   void build() {
     bodies();
     s_.input_size_ = kVelocitiesPerBody * s_.body_count_;
-    s_.node_frames_.push_back({kGround, -1, -1});
+    for (const MotionDef& motion : definition_.motions) {
+      const std::size_t before = definition_.drives.size() + definition_.couplings.size();
+      s_.moving_frames_.emplace_back(motion, s_.prescribed_count() + static_cast<int>(before));
+    }
+    s_.node_frames_.assign(1 + definition_.motions.size(), {kGround, -1, -1});
     for (const JointDef& joint : definition_.joints) this->joint(joint);
     for (const DriveDef& drive : definition_.drives) this->drive(drive);
+    for (const CouplingDef& coupling : definition_.couplings) this->coupling(coupling);
     for_each_force_list(definition_, [&](const char*, const auto& forces) {
       for (std::size_t i = 0; i < forces.size(); ++i) force(forces[i], static_cast<int>(i));
     });
@@ -99,7 +105,7 @@ class System::Builder {
 
   // The index in Evaluation::frames.
   int frame(int body, int node) {
-    if (body == kGround) return s_.body_count_;
+    if (body == kGround) return s_.body_count_ + 1 + node;  // the ground itself, then what moves
     if (node == kFloatingFrame) return body;
     const auto [found, is_new] = node_.try_emplace({body, node}, s_.body_count_ + s_.node_frames_.size());
     if (is_new) s_.node_frames_.push_back({body, s_.flexible_index_[body], node});
@@ -142,19 +148,33 @@ class System::Builder {
     Attachment at = m > 0 ? attach(frames, element->couples_frames()) : Attachment{frames, false, {}, {}, {}, {}};
     const int rows = s_.rows_size_;
     s_.rows_size_ += 6 * m * at.count();
+    std::map<int, int> offset;  // of the rows for each unknown
+    const auto rows_for = [&](int unknown) {
+      const auto [found, is_new] = offset.try_emplace(unknown, s_.rows_size_);
+      if (is_new) {
+        s_.pattern_.incidences.push_back({c, unknown, s_.rows_size_});
+        s_.rows_size_ += m * s_.pattern_.unknowns[unknown].size;
+      }
+      return std::pair(found->second, !is_new);
+    };
     for (const auto& part : at.parts) {
       if (part.first > 0) continue;
       const int frame = at.frames[part.frame], of_frame = rows + 6 * m * part.frame;
-      if (frame <= s_.body_count_) {
+      if (frame < s_.body_count_ && offset.emplace(part.unknown, of_frame).second) {
         s_.pattern_.incidences.push_back({c, part.unknown, of_frame});
         continue;
       }
-      const int modal = s_.body_count_ + s_.flexible_index_[part.unknown], modes = s_.pattern_.unknowns[modal].size;
-      PulledRows pulled{frame, m, of_frame, s_.rows_size_, s_.rows_size_ + 6 * m};
-      s_.rows_size_ += (6 + modes) * m;
-      s_.pattern_.incidences.push_back({c, part.unknown, pulled.pose});
-      s_.pattern_.incidences.push_back({c, modal, pulled.modes});
+      const auto [pose, add_pose] = rows_for(part.unknown);
+      PulledRows pulled{frame, m, of_frame, pose, 0, add_pose, false};
+      if (frame > s_.body_count_) {
+        std::tie(pulled.modes, pulled.add_modes) = rows_for(s_.body_count_ + s_.flexible_index_[part.unknown]);
+      }
       s_.pulled_rows_.push_back(pulled);
+    }
+    for (int i = 0; i < at.count(); ++i) {
+      const int moving = at.frames[i] - s_.body_count_ - 1;
+      if (moving < 0 || moving >= static_cast<int>(s_.moving_frames_.size())) continue;
+      s_.moving_rows_.push_back({moving, s_.constraint_size_, m, rows + 6 * m * i});
     }
     s_.pattern_.constraint_sizes.push_back(m);
     s_.constraints_.push_back({std::move(element), std::move(at), s_.constraint_size_, rows});
@@ -182,7 +202,23 @@ class System::Builder {
 
   void drive(const DriveDef& d) {
     const AttachedCoordinate& coordinate = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
-    constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++), coordinate.at.frames);
+    CubicTable table;
+    if (d.table) table = CubicTable(d.table->times, d.table->values, static_cast<int>(d.motion));
+    constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++, std::move(table)),
+               coordinate.at.frames);
+  }
+
+  void coupling(const CouplingDef& d) {
+    std::vector<Coupling::Term> terms;
+    std::vector<int> frames;
+    for (const CouplingDef::Term& term : d.terms) {
+      const int c = s_.coordinate_index_[term.joint] + term.coordinate;
+      terms.push_back({s_.coordinates_[c].coordinate, c, term.polynomial});
+      frames.insert(frames.end(), s_.coordinates_[c].at.frames.begin(), s_.coordinates_[c].at.frames.end());
+    }
+    auto element = std::make_unique<Coupling>(std::move(terms), s_.drive_count_ + s_.coupling_count());
+    s_.couplings_.push_back(element.get());
+    constraint(std::move(element), frames);
   }
 
   // One for each type of force.
@@ -232,6 +268,7 @@ Evaluation System::make_evaluation() const {
   for (VectorXd* x : {&e.B, &e.Z}) x->setZero(rows_size_);
   for (VectorXd* x : {&e.C, &e.K}) x->setZero(blocks_size_);
   e.M.setZero(inertia_size_);
+  e.moving_accelerations.assign(moving_frames_.size(), Vector6d::Zero());
   for (const auto& [i, body] : rigid_) {  // constant
     PairBlock<6, 6> M(e.M.data() + pattern_.pairs[i].offset);
     M.diagonal().head<3>().setConstant(body.mass);

@@ -209,17 +209,67 @@ void bind_definitions(nb::module_& m) {
       .value("position", DriveDef::Motion::position)
       .value("rate", DriveDef::Motion::rate)
       .value("acceleration", DriveDef::Motion::acceleration);
+  nb::class_<TableDef>(m, "Table", "Points of a function of time: a natural cubic spline.")
+      .def(
+          "__init__",
+          [](TableDef* t, std::vector<double> times, std::vector<double> values) {
+            new (t) TableDef{std::move(times), std::move(values)};
+          },
+          "times"_a, "values"_a)
+      .def_ro("times", &TableDef::times)
+      .def_ro("values", &TableDef::values);
   nb::class_<DriveDef>(m, "Drive", "Prescribes a joint's coordinate.")
       .def(
           "__init__",
-          [](DriveDef* d, int joint, DriveDef::Motion motion, double value, int coordinate) {
-            new (d) DriveDef{joint, coordinate, motion, value};
+          [](DriveDef* d, int joint, DriveDef::Motion motion, double value, int coordinate, bool input,
+             std::optional<TableDef> table) {
+            new (d) DriveDef{joint, coordinate, motion, value, input, std::move(table)};
           },
-          "joint"_a, "motion"_a, "value"_a, "coordinate"_a = 0)
+          "joint"_a, "motion"_a, "value"_a = 0.0, "coordinate"_a = 0, "input"_a = false, "table"_a = nb::none())
       .def_ro("joint", &DriveDef::joint)
       .def_ro("coordinate", &DriveDef::coordinate)
       .def_ro("motion", &DriveDef::motion)
+      .def_ro("input", &DriveDef::input)
+      .def_ro("table", &DriveDef::table)
       .def_rw("value", &DriveDef::value);
+  nb::class_<MotionDef>(m, "FrameMotion", "A frame of the ground that moves: node `index` of the ground.")
+      .def(
+          "__init__",
+          [](MotionDef* d, std::string name, const Vector3d& position, const Matrix3d& axes, bool input,
+             std::array<std::optional<TableDef>, 6> tables) {
+            new (d) MotionDef{std::move(name), position, axes, input, std::move(tables)};
+          },
+          "name"_a, "position"_a = Vector3d(0, 0, 0), "axes"_a = Matrix3d(Matrix3d::Identity()), "input"_a = false,
+          "tables"_a = std::array<std::optional<TableDef>, 6>{})
+      .def_ro("name", &MotionDef::name)
+      .def_ro("position", &MotionDef::position)
+      .def_ro("axes", &MotionDef::axes)
+      .def_ro("input", &MotionDef::input)
+      .def_ro("tables", &MotionDef::tables);
+  nb::class_<CouplingDef::Term>(m, "CouplingTerm")
+      .def(
+          "__init__",
+          [](CouplingDef::Term* t, int joint, std::vector<double> polynomial, int coordinate) {
+            new (t) CouplingDef::Term{joint, coordinate, std::move(polynomial)};
+          },
+          "joint"_a, "polynomial"_a, "coordinate"_a = 0)
+      .def_ro("joint", &CouplingDef::Term::joint)
+      .def_ro("coordinate", &CouplingDef::Term::coordinate)
+      .def_ro("polynomial", &CouplingDef::Term::polynomial);
+  nb::class_<CouplingDef>(m, "Coupling", "An equation between coordinates of joints: sum p_i(x_i) = offset.")
+      .def(
+          "__init__",
+          [](CouplingDef* c, std::string name, std::vector<CouplingDef::Term> terms, double offset) {
+            new (c) CouplingDef{std::move(name), std::move(terms), offset};
+          },
+          "name"_a, "terms"_a, "offset"_a = CouplingDef::kNotSet)
+      .def_ro("name", &CouplingDef::name)
+      .def_ro("terms", &CouplingDef::terms)
+      .def_ro("offset", &CouplingDef::offset, "nan: what the sum is at the start.");
+  m.def("gear", &gear, "name"_a, "first"_a, "second"_a, "ratio"_a);
+  m.def("rack_and_pinion", &rack_and_pinion, "name"_a, "pinion"_a, "rack"_a, "radius"_a);
+  m.def("differential", &differential, "name"_a, "carrier"_a, "left"_a, "right"_a);
+  m.def("mimic", &mimic, "name"_a, "follower"_a, "leader"_a, "polynomial"_a);
   nb::class_<StationDef>(m, "Station", "A point of a flexible body whose place is an output.")
       .def(
           "__init__",
@@ -245,6 +295,8 @@ void bind_definitions(nb::module_& m) {
       .def_ro("joint_armatures", &MultibodyDef::joint_armatures)
       .def_ro("rotation_motors", &MultibodyDef::rotation_motors)
       .def_ro("drives", &MultibodyDef::drives)
+      .def_ro("couplings", &MultibodyDef::couplings)
+      .def_ro("motions", &MultibodyDef::motions)
       .def(
           "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
           nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
@@ -258,6 +310,8 @@ void bind_definitions(nb::module_& m) {
       .def("add", nb::overload_cast<JointArmatureDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<RotationMotorDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<DriveDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<CouplingDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<MotionDef>(&MultibodyDef::add))
       .def("validate", [](const MultibodyDef& d) { validate(d); });
   nb::class_<IntegratorSettings>(m, "IntegratorSettings")
       .def_rw("step_size", &IntegratorSettings::step_size)

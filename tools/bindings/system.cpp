@@ -83,7 +83,7 @@ struct PySystem {
   VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     const VectorXd vdot = nb::cast<VectorXd>(accelerations(q, v, u)[0]);
     InputSignal input = system.make_signal();
-    start_drives(definition, system, input);
+    start_prescribed(definition, system, input);
     input.derivative[0] = u;
     VectorXd vddot(system.velocity_size());
     if (!solver.jerk(q, v, vdot, input, start.turned, 0.0, vddot)) fail(q);
@@ -207,6 +207,7 @@ void bind_system(nb::module_& m) {
       .def_rw("x", &Inputs::x, "Prescribed coordinates")
       .def_rw("xdot", &Inputs::xdot)
       .def_rw("xddot", &Inputs::xddot)
+      .def_rw("time", &Inputs::time, "Since the start [s].")
       .def_rw("turned", &Inputs::turned, "Coordinates near which angles are counted.");
   nb::class_<PySystem>(m, "System", "Equations of motion of a Multibody, as dense arrays.")
       .def(nb::init<const MultibodyDef&>())

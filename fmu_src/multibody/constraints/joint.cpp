@@ -47,7 +47,7 @@ Composition composition(JointType type) {
 
 Joint::Joint(const JointDef& d, double length)
     : type_(d.type),
-      on_ground_(d.body1 == kGround),
+      on_ground_(d.body1 == kGround && d.frame1.node == kFloatingFrame),
       origins_{d.frame1.origin, d.frame2.origin},
       frame1_(d.frame1),
       frame2_(d.frame2) {
@@ -113,7 +113,7 @@ void Joint::rates(const Inputs&, const Kinematics& k, const FrameRows& Z, double
   for (const auto& p : perpendiculars_) p.rate(k1, k2, row++, Z[0], Z[1]);
 }
 
-void Joint::stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const {
+void Joint::stiffness(const Inputs&, const Kinematics& k, const double* lambda, const FramePairs& K) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   if (has_coincidence_) {
     origins_.stiffness(k1, k2, Vector3d(lambda[0], lambda[1], lambda[2]), K);

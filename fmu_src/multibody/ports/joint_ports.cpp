@@ -98,6 +98,62 @@ void drive_ports(Ports& ports, int d) {
                turns ? "Torque" : "Force",
                turns ? "Torque of the drive about the joint axis on the second body"
                      : "Force of the drive along the joint axis on the second body");
+  if (!drive.input) return;
+  const char* types[] = {turns ? "Angle" : "Displacement", turns ? "AngularVelocity" : "Velocity",
+                         turns ? "AngularAcceleration" : "Acceleration"};
+  const char* words[] = {"Coordinate", "Rate", "Acceleration"};
+  const auto order = static_cast<int>(drive.motion);
+  ports.prescribed(d, order, drive.input_name(ports.mechanism.multibody), types[order],
+                   std::string(words[order]) + " of the joint that the drive prescribes", drive.value);
+}
+
+namespace {
+
+// Along each coordinate, on the second body of its joint.
+void coupling_forces(const View& view, int c, int, double* values) {
+  const Coupling& coupling = view.system.coupling(c);
+  const Kinematics k = view.system.coupling_kinematics(view.evaluation, c);
+  const double lambda = view.lambda[view.system.drive_lambda_index(view.system.drive_count() + c)];
+  for (std::size_t i = 0; i < coupling.terms().size(); ++i) {
+    values[i] = -lambda * coupling.slope(view.inputs, k, static_cast<int>(i));
+  }
+}
+
+}  // namespace
+
+void coupling_ports(Ports& ports, int c) {
+  const MultibodyDef& d = ports.mechanism.multibody;
+  const CouplingDef& coupling = d.couplings[c];
+  const auto terms = static_cast<int>(coupling.terms.size());
+  ports.owner(coupling.name, "coupling", "coupling");
+  const Ports::Group group = ports.group(c, terms, coupling_forces, true);
+  for (int i = 0; i < terms; ++i) {
+    const CouplingDef::Term& term = coupling.terms[i];
+    const JointDef& joint = d.joints[term.joint];
+    const bool turns = joint.turns(term.coordinate);
+    ports.output(group, i, coupling.name + (turns ? ".torque" : ".force") + std::to_string(i + 1),
+                 turns ? "Torque" : "Force",
+                 std::string(turns ? "Torque about" : "Force along") + " the axis of " + joint.name +
+                     " on its second body");
+  }
+}
+
+void motion_ports(Ports& ports, int m) {
+  const MotionDef& motion = ports.mechanism.multibody.motions[m];
+  if (!motion.input) return;
+  ports.owner(motion.name, "motion", "motion");
+  const int first = ports.system.drive_count() + ports.system.coupling_count() + kPrescribedPerMotion * m;
+  for (int i = 0; i < kPrescribedPerMotion; ++i) {
+    const std::string number = "[" + std::to_string(i % 3 + 1) + "]";
+    if (i < 3) {
+      ports.prescribed(first + i, 0, motion.name + ".displacement" + number, "Displacement",
+                       "Displacement of the frame in W", motion.start[0][static_cast<std::size_t>(i)]);
+    } else {
+      ports.prescribed(first + i, 0, motion.name + ".rotation" + number, "Angle",
+                       "Rotation vector of the frame, in its axes at rest",
+                       motion.start[0][static_cast<std::size_t>(i)]);
+    }
+  }
 }
 
 }  // namespace sigmafmu

@@ -173,6 +173,15 @@ void Ports::input(int index, const std::string& name, const char* type, const st
   p.input = index;
 }
 
+void Ports::prescribed(int index, int derivative, const std::string& name, const char* type,
+                       const std::string& description, double start) {
+  Port& p = add(name, type, description);
+  p.causality = Causality::input;
+  p.prescribed = index;
+  p.derivative = derivative;
+  p.start = start;
+}
+
 void Ports::inputs(int first, const std::string& name, int count, const char* type, const std::string& description) {
   elements(count, [&](int i, const std::string& suffix) { input(first + i, name + suffix, type, description); });
 }

@@ -312,8 +312,10 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Part& p
   const ScaledEquations s = scaled_equations(at, part);
   const LeastSquares equations(s.B, kDependent);
   Inputs u = system.make_inputs();
-  // Drives stay where they are: phi is their coordinate while they prescribe 0.
-  for (int d = 0; d < system.drive_count(); ++d) u.x[d] = at.e.phi[system.drive_lambda_index(d)];
+  // Drives and couplings stay where they are: phi is their coordinate while they prescribe 0.
+  for (int d = 0; d < system.drive_count() + system.coupling_count(); ++d) {
+    u.x[d] = at.e.phi[system.drive_lambda_index(d)];
+  }
   for (int trial = 0; trial < 4; ++trial) {
     VectorXd scaled(s.B.cols()), motion = VectorXd::Zero(system.velocity_size());
     for (Eigen::Index i = 0; i < scaled.size(); ++i) {  // any direction without symmetry

@@ -44,6 +44,7 @@ class HeldProjection {
   bool follow(const VectorXd& q0, const Coordinates& coordinates, bool condition, VectorXd& q);
   template <typename Solve>
   bool grant(const Coordinates& held, const Coordinates& wishes, VectorXd& x, Solve solve);
+  void count_turns();
   bool axes_agree() const;
   bool close(const Coordinates& coordinates, double s, int most_iterations, VectorXd& q);
   void approach(const Coordinates& coordinates, VectorXd& q);
@@ -61,6 +62,7 @@ class HeldProjection {
   const MultibodyDef& definition_;
   const System& system_;
   Inputs u_, rest_;  // at the start, and with drives at rest
+  VectorXd turned_at_start_;
   Evaluation e_;
   std::vector<int> free_[kLevels];  // velocities that may change, or whose positions may
   MatrixXd A_, M_;                  // equations (joints, then coordinates) by velocities; mass
