@@ -218,7 +218,7 @@ void validation::validate_structure(const MultibodyDef& d) {
 void validate(const MultibodyDef& d) {
   validate_structure(d);
   require_finite("gravity", d.gravity, "m/s2");
-  for (const auto& x : d.bodies) validate_body(x);
+  for (const auto& x : d.bodies) validate_body(d, x);
   for (const auto& x : d.joints) validate_joint(d, x);
   for_each_force_list(d, [&](const char*, const auto& forces) {
     for (const auto& force : forces) validate_force(d, force);

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "model/dense.h"
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/constraints/drive.h"
 #include "multibody/forces/joint_armature.h"
@@ -18,6 +19,20 @@
 #include "multibody/system.h"
 
 namespace sigmafmu {
+namespace {
+
+// A thin rod gets a moment about its axis: a part 1e-9 of the others, which no result shows, and with which its block of
+// the mass matrix is regular.
+Matrix3d regular_inertia(const RigidBodyDef& body) {
+  constexpr double kNothing = 1e-12, kLeast = 1e-9;
+  const Matrix3d J = inertia_matrix(body);
+  const PrincipalAxes principal = principal_axes(J);
+  if (principal.values[0] > kNothing * principal.values[2]) return J;
+  const Vector3d axis = principal.axes.col(0);
+  return J + (kLeast * principal.values[2]) * (axis * axis.transpose());
+}
+
+}  // namespace
 
 class System::Builder {
  public:
@@ -51,7 +66,7 @@ class System::Builder {
       if (body.modal) {
         s_.flexible_.push_back({i, FlexibleBody(*body.modal)});
       } else {
-        s_.rigid_.push_back({i, {body.mass, inertia_matrix(body)}});
+        s_.rigid_.push_back({i, {body.mass, regular_inertia(body)}});
       }
     }
     for (const Flexible& flexible : s_.flexible_) {

@@ -26,7 +26,7 @@ void References::not_ground(const std::string& name, const char* verb, int body)
 
 void References::node(const std::string& name, int body, int node) const {
   if (node == kFloatingFrame) return;
-  if (body == kGround) {
+  if (body == kGround && !d_.motions.empty()) {
     const int motions = static_cast<int>(d_.motions.size());
     if (node >= 0 && node < motions) return;
     fail(name, " attaches to moving frame ", node, " of the ground; allowed are -1 (none) to ", motions - 1, ".");

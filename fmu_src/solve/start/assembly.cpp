@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lie/r3xso3.h"
+#include "model/dense.h"
 #include "solve/start/dependent_equations.h"
 #include "solve/start/held_projection.h"
 #include "text/text.h"
@@ -43,6 +44,27 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
   }
 }
 
+// A thin rod has no inertia about its axis: joints must not let it turn about that alone.
+void require_held_rods(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  constexpr double kNothing = 1e-12, kFree = 1e-8;
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), system.make_inputs(), e);
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (!system.rigid(i)) continue;
+    const PrincipalAxes principal = principal_axes(inertia_matrix(definition.bodies[i]));
+    if (principal.values[0] > kNothing * principal.values[2]) continue;
+    double held = 0;
+    for (const auto& [constraint, unknown, offset] : system.pattern().incidences) {
+      if (unknown != i) continue;
+      const ConstRows B(e.B.data() + offset, system.pattern().constraint_sizes[constraint], 6);
+      held = std::max(held, (B.rightCols<3>() * principal.axes.col(0)).cwiseAbs().maxCoeff());
+    }
+    if (held > kFree * std::min(1.0, system.size())) continue;
+    throw std::runtime_error(definition.bodies[i].name +
+                             " has no inertia about an axis about which its joints let it turn; it must have some.");
+  }
+}
+
 // What stopped the projection that began at `start` and came to `end`, if it is not that joints are too far apart.
 std::string describe_obstacle(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
                               const Inputs& u, const VectorXd& start, const VectorXd& end) {
@@ -72,6 +94,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     throw std::runtime_error(text);
   }
   require_agreeing_axes(definition, system, q);
+  require_held_rods(definition, system, q);
   if (!solver.project_velocities(q, u, v)) throw std::runtime_error(describe_singularity(definition, system, q));
 }
 
