@@ -9,12 +9,10 @@ from sigmafmu import _core
 
 from .helpers import (
     COORDINATES,
-    DIFFERENCES,
     EPS,
     GROUND,
     Type,
     assert_close,
-    derivative,
     jacobian,
     property_test,
     random_tree,

@@ -10,14 +10,13 @@ from sigmafmu import _core
 
 from .helpers import (
     COORDINATES,
-    DIFFERENCES,
     EPS,
     GROUND,
     JOINT_TYPES,
-    LENGTH,
     Rotation,
     Type,
     assert_close,
+    coordinates,
     derivative,
     frame_pose,
     make_joint,
@@ -25,7 +24,6 @@ from .helpers import (
     random_body,
     random_frame,
     relative_pose,
-    coordinates,
     seeds,
 )
 from .test_drives import METHODS

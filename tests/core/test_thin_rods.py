@@ -8,7 +8,7 @@ import pytest
 from sigmafmu import _core
 
 from .helpers import GROUND, Rotation, Type
-from .test_joint_types import G, HERE, assert_second_order, body, mechanism, solution
+from .test_joint_types import HERE, G, assert_second_order, body, mechanism, solution
 
 MASS, LENGTH, J = 0.8, 0.6, 0.024  # J about the middle: m L²/12
 
