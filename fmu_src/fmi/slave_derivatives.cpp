@@ -80,7 +80,8 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   for (VectorXd* x : {&du.u, &du.xdot, &du.xddot}) x->setZero();
   for (std::size_t i = 0; i < input_count; ++i) {
     const Port& v = variable(inputs[i]);
-    if (!v.is_input()) fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
+    if (!v.is_input())
+      fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
     if (!std::isfinite(direction[i])) fail<Refused>("The direction of ", v.name, " must be finite.");
     if (v.input >= 0) {
       du.u[v.input] += direction[i];

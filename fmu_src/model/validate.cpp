@@ -152,7 +152,8 @@ void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, cons
 void validate_motors(const std::vector<RotationMotorDef>& motors, const MultibodyDef& d) {
   std::set<int> known;
   for (const RotationMotorDef& motor : motors) {
-    if (!known.insert(motor.joint).second) fail(d.joints[motor.joint].name, " has two rotation motors; one is allowed.");
+    if (!known.insert(motor.joint).second)
+      fail(d.joints[motor.joint].name, " has two rotation motors; one is allowed.");
   }
 }
 

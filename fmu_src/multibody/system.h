@@ -29,10 +29,10 @@
 namespace sigmafmu {
 
 struct Evaluation {
-  std::vector<FrameKinematics> frames;  // of the bodies, the ground, what moves of it, the nodes
-  VectorXd phi, phidot, W;              // Phi, Phi' and d(Phi')/dt, laid out as lambda
-  VectorXd B, Z;                        // by BlockPattern::Incidence::offset, among rows by frames
-  VectorXd M, C, K;                     // by BlockPattern::Pair::offset; C = dr/dv, K = dr/d(motion)
+  std::vector<FrameKinematics> frames;         // of the bodies, the ground, what moves of it, the nodes
+  VectorXd phi, phidot, W;                     // Phi, Phi' and d(Phi')/dt, laid out as lambda
+  VectorXd B, Z;                               // by BlockPattern::Incidence::offset, among rows by frames
+  VectorXd M, C, K;                            // by BlockPattern::Pair::offset; C = dr/dv, K = dr/d(motion)
   std::vector<Vector6d> moving_accelerations;  // of frames of the ground that move: (v', w')
   std::vector<FlexibleEvaluation> flexible;
   std::vector<NodeFrameEvaluation> node_frames;  // the first one is that of all frames at no node

@@ -21,8 +21,8 @@
 namespace sigmafmu {
 namespace {
 
-// A thin rod gets a moment about its axis: a part 1e-9 of the others, which no result shows, and with which its block of
-// the mass matrix is regular.
+// A thin rod gets a moment about its axis: a part 1e-9 of the others, which no result shows, and with which its block
+// of the mass matrix is regular.
 Matrix3d regular_inertia(const RigidBodyDef& body) {
   constexpr double kNothing = 1e-12, kLeast = 1e-9;
   const Matrix3d J = inertia_matrix(body);

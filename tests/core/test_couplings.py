@@ -90,7 +90,7 @@ def test_a_coupling_does_no_work(make, seed):
     if system is None:
         return
     v = system.project_velocities(q, rng.uniform(-1, 1, system.velocity_size))
-    phi, rate, gradient, rate_gradient = system.constraints(q, v)
+    phi, _, gradient, rate_gradient = system.constraints(q, v)
     assert_close(gradient[-1] @ v, 0.0, 1e-12, np.abs(v).max())
     vdot, _ = system.accelerations(q, v, np.zeros(system.input_size))
     assert_close(gradient @ vdot + rate_gradient @ v, 0 * phi, 1e-11, np.abs(vdot).max())
@@ -177,15 +177,10 @@ def test_a_planet_turns_between_sun_and_carrier():
     matrix = np.array([[Js + Jp * k**2, -Jp * k * (1 + k)], [-Jp * k * (1 + k), Jc + m * R**2 + Jp * (1 + k) ** 2]])
     sun, carrier = np.linalg.solve(matrix, [torque, 0.0])
 
-    def make():
-        return planetary
-
-    initial = {"sunAxle.motorTorque": torque}
+    slave = run(planetary, sunAxle__motorTorque=torque)
     angles = 0.5 * np.array([sun, carrier, -k * (sun - carrier)])
     names = ["sunAxle.angle", "carrierAxle.angle", "planetAxle.angle"]
-    slave = run(make(), sunAxle__motorTorque=torque, steps=1000)
-    assert [slave.get(name) for name in names] == pytest.approx(angles, rel=1e-5)
-    assert initial
+    assert [slave.get(name) for name in names] == pytest.approx(angles, rel=1e-5)  # the planet's path is curved
 
 
 def test_a_mimic_joint_follows_a_polynomial():

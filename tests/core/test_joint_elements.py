@@ -332,5 +332,5 @@ def test_an_armature_at_a_node_is_refused():
     _, tree = make_tree(1, Type.revolute, {0, 1, 2})
     joint = next(j for j, d in enumerate(tree.definition.joints) if d.frame1.node >= 0 or d.frame2.node >= 0)
     tree.definition.add(_core.JointArmature(joint, 1.0))
-    with pytest.raises(ValueError, match=rf"^joint{joint} has an armature and is at a node of a flexible body; it must"):
+    with pytest.raises(ValueError, match=rf"^joint{joint} has an armature and is at a node"):
         tree.definition.validate()

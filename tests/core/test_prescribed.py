@@ -1,4 +1,4 @@
-"""Drives by tables and by inputs of the FMU, and frames of the ground that move: SciPy, and formulas written down here."""
+"""Drives by tables and by inputs of the FMU, frames of the ground that move: against SciPy and formulas."""
 
 import re
 
@@ -62,8 +62,12 @@ def spline_and_its_integrals(order):
     whole = CubicSpline(ends, values, bc_type=((1, slopes[0]), (1, slopes[1])))
     for _ in range(order):
         whole = whole.antiderivative()
-    zero = [whole(0.0, k) if k < order else 0.0 for k in range(2)]
-    return lambda t, k=0: whole(t, k) - {0: zero[0] + (zero[1] * t if order == 2 else 0), 1: zero[1] * (order == 2)}.get(k, 0)
+    value, slope = whole(0.0) * (order > 0), whole(0.0, 1) * (order == 2)
+
+    def from_zero(t, k=0):
+        return whole(t, k) - (value + slope * t if k == 0 else slope if k == 1 else 0.0)
+
+    return from_zero
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -239,6 +243,7 @@ def test_joints_of_moving_frames(kind, turned, seed):
     assert_close(rate, derivative(lambda t: moved(t, 0)), 1e-8)
     assert_close(gradient @ vdot + rate_gradient @ v + explicit, derivative(lambda t: moved(t, 1)), 1e-8)
     for k in range(COORDINATES.get(kind, 0)):
+
         def coordinate_rate(t, k=k):
             at_time(system, time + t)
             at = system.compose(q, t * v + 0.5 * t * t * vdot)
@@ -268,11 +273,9 @@ def test_a_pendulum_on_a_shaker():
         ]
         return mechanism(*parts, gravity=(0, 0, -g))
 
-    start = -spline(0.0, 1) * 0 / length
-    angle, rate = solution(equations, [0.0, start - spline(0.0, 1) / length], 1.0)
+    angle, _ = solution(equations, [0.0, -spline(0.0, 1) / length], 1.0)  # the bob starts at rest
     expected = [spline(1.0) + length * np.sin(angle), -length * np.cos(angle)]
     assert_second_order(make, {}, ["bob.position[1]", "bob.position[3]"], expected, 1.0, 4e-3)
-    assert rate
 
 
 def test_a_deck_that_the_master_moves():
@@ -330,7 +333,7 @@ def test_bad_tables_are_refused(table, message):
 def test_moving_frames_that_are_not_there_are_refused():
     joint = _core.Joint("weld", Type.fixed, GROUND, _core.Frame(np.zeros(3), np.eye(3), 1), 0, HERE)
     m = mechanism(body("crate"), _core.FrameMotion("deck", input=True), joint)
-    with pytest.raises(ValueError, match=r"^weld attaches to moving frame 1 of the ground; allowed are -1 \(none\) to 0"):
+    with pytest.raises(ValueError, match=r"^weld attaches to moving frame 1 of the ground; allowed are -1 "):
         m.validate()
     rod = _core.Joint("rod", Type.distance, GROUND, _core.Frame(np.zeros(3), np.eye(3), 0), 0, HERE)
     m = mechanism(body("crate"), _core.FrameMotion("deck", input=True), rod)

@@ -169,8 +169,8 @@ void bind_definitions(nb::module_& m) {
           "__init__",
           [](JointFrictionDef* f, int joint, double friction, double stribeck_friction, double stribeck_rate,
              double viscous_friction, double creep_rate, int coordinate) {
-            new (f) JointFrictionDef{{joint, coordinate}, friction,  stribeck_friction, stribeck_rate,
-                                     viscous_friction,    creep_rate};
+            new (f) JointFrictionDef{{joint, coordinate}, friction,         stribeck_friction,
+                                     stribeck_rate,       viscous_friction, creep_rate};
           },
           "joint"_a, "friction"_a = 0.0, "stribeck_friction"_a = 0.0, "stribeck_rate"_a = 0.1,
           "viscous_friction"_a = 0.0, "creep_rate"_a = 1e-3, "coordinate"_a = 0)
@@ -183,9 +183,7 @@ void bind_definitions(nb::module_& m) {
       .def(
           "__init__",
           [](JointStopDef* s, int joint, double lower, double upper, double stiffness, double damping, double depth,
-             int coordinate) {
-            new (s) JointStopDef{{joint, coordinate}, lower, upper, stiffness, damping, depth};
-          },
+             int coordinate) { new (s) JointStopDef{{joint, coordinate}, lower, upper, stiffness, damping, depth}; },
           "joint"_a, "lower"_a = -1e9, "upper"_a = 1e9, "stiffness"_a = 0.0, "damping"_a = 0.0, "depth"_a = 1e-3,
           "coordinate"_a = 0)
       .def_rw("lower", &JointStopDef::lower)

@@ -41,9 +41,7 @@ CouplingDef rack_and_pinion(std::string name, int pinion, int rack, double radiu
 }
 
 CouplingDef differential(std::string name, int carrier, int left, int right) {
-  return {std::move(name),
-          {{carrier, 0, {0, 1}}, {left, 0, {0, -0.5}}, {right, 0, {0, -0.5}}},
-          CouplingDef::kNotSet};
+  return {std::move(name), {{carrier, 0, {0, 1}}, {left, 0, {0, -0.5}}, {right, 0, {0, -0.5}}}, CouplingDef::kNotSet};
 }
 
 CouplingDef mimic(std::string name, int follower, int leader, std::vector<double> polynomial) {

@@ -31,8 +31,9 @@ struct JointFrictionDef : OnCoordinate {
          [](Def& d) { return &d.stribeck_rate; }, "AngularRateScale"},
         {"viscousFriction", "Damping", "Friction of the joint by its rate", 0,
          [](Def& d) { return &d.viscous_friction; }, "TorsionalDamping"},
-        {"creepRate", "RateScale", "Rate at which friction has tanh(1) = 76 % of its value; loads below it let it creep",
-         0, [](Def& d) { return &d.creep_rate; }, "AngularRateScale"},
+        {"creepRate", "RateScale",
+         "Rate at which friction has tanh(1) = 76 % of its value; loads below it let it creep", 0,
+         [](Def& d) { return &d.creep_rate; }, "AngularRateScale"},
     };
     return table;
   }

@@ -1,4 +1,5 @@
-// Stops of a joint's coordinate c at both ends of its range. Beyond one of them by p > 0 the second body is pushed back:
+// Stops of a joint's coordinate c at both ends of its range. Beyond one of them by p > 0 the second body is pushed
+// back:
 //
 //   f = k s(p) (1 + z / sqrt(1 + z^2)),   z = d p',   s = p^2 / (2 w) for p < w, else p - w/2.
 //

@@ -1,5 +1,5 @@
-// A drive prescribes a joint's coordinate c as a function x(t), which comes with the inputs, plus a function of time y(t)
-// that it knows:
+// A drive prescribes a joint's coordinate c as a function x(t), which comes with the inputs, plus a function of time
+// y(t) that it knows:
 //
 //   Phi = c - x - y,   Phi' = B v - x' - y',   W = d(Phi')/dt = -x'' - y'',
 //

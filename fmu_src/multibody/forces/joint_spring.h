@@ -17,9 +17,7 @@ class JointSpring final : public CoordinateForce {
   Law law(double value, double rate) const override {
     return {-d_.stiffness * (value - d_.rest) - d_.damping * rate, -d_.stiffness, -d_.damping};
   }
-  double energy_at(double value) const override {
-    return 0.5 * d_.stiffness * (value - d_.rest) * (value - d_.rest);
-  }
+  double energy_at(double value) const override { return 0.5 * d_.stiffness * (value - d_.rest) * (value - d_.rest); }
 
   JointSpringDef d_;
 };

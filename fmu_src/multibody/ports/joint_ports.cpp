@@ -131,10 +131,9 @@ void coupling_ports(Ports& ports, int c) {
     const CouplingDef::Term& term = coupling.terms[i];
     const JointDef& joint = d.joints[term.joint];
     const bool turns = joint.turns(term.coordinate);
-    ports.output(group, i, coupling.name + (turns ? ".torque" : ".force") + std::to_string(i + 1),
-                 turns ? "Torque" : "Force",
-                 std::string(turns ? "Torque about" : "Force along") + " the axis of " + joint.name +
-                     " on its second body");
+    ports.output(
+        group, i, coupling.name + (turns ? ".torque" : ".force") + std::to_string(i + 1), turns ? "Torque" : "Force",
+        std::string(turns ? "Torque about" : "Force along") + " the axis of " + joint.name + " on its second body");
   }
 }
 

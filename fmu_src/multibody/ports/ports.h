@@ -64,10 +64,10 @@ struct Port {
   double& (*parameter)(Mechanism&, int object, int port, int component) = nullptr;
   int& (*option)(Mechanism&, int object) = nullptr;  // of an integer parameter
   std::optional<InitialValue> initial;               // which of the definition's a parameter is
-  int input = -1;       // in u
-  int prescribed = -1;  // of an input that is prescribed: in Inputs::x
-  int derivative = 0;   // and which derivative of that
-  double start = 0;     // of an input
+  int input = -1;                                    // in u
+  int prescribed = -1;                               // of an input that is prescribed: in Inputs::x
+  int derivative = 0;                                // and which derivative of that
+  double start = 0;                                  // of an input
 
   bool is_input() const { return input >= 0 || prescribed >= 0; }
 
