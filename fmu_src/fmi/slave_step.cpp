@@ -129,17 +129,15 @@ void Slave::absorb_jump() {
 void Slave::move_to_prescribed() {
   State& s = data_.state;
   Engine& e = *engine_;
-  if (e.u.x != data_.last_input.x) {
-    e.q_scratch = s.q;
-    if (!e.solver.project_positions(e.u, e.q_scratch).possible) {
-      fail<Discarded>("At t = ", s.time, " s the mechanism cannot follow what is prescribed.");
-    }
-    s.q = e.q_scratch;
+  e.q_scratch = s.q;
+  if (e.u.x != data_.last_input.x && !e.solver.project_positions(e.u, e.q_scratch).possible) {
+    fail<Discarded>("At t = ", s.time, " s the mechanism cannot follow what is prescribed.");
   }
   e.v_scratch = s.v;
-  if (!e.solver.project_velocities(s.q, e.u, e.v_scratch)) {
+  if (!e.solver.project_velocities(e.q_scratch, e.u, e.v_scratch)) {
     fail<Discarded>("At t = ", s.time, " s the mechanism cannot follow the rates that are prescribed.");
   }
+  s.q = e.q_scratch;
   s.v = e.v_scratch;
 }
 

@@ -52,6 +52,9 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
                      Variability::tunable);
     ports.set_port(first, static_cast<int>(k));
   }
+  if constexpr (std::is_same_v<Def, RotationMotorDef>) {
+    return ports.terminal("Motor in the joint", {"rotationVector", "relativeAngularVelocity", "motorTorque"});
+  }
   if (force.input_count() > 0) ports.terminal("Actuator beside the spring", {"position", "force", "actuatorForce"});
 }
 

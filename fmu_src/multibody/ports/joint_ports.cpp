@@ -125,7 +125,7 @@ void coupling_ports(Ports& ports, int c) {
   const MultibodyDef& d = ports.mechanism.multibody;
   const CouplingDef& coupling = d.couplings[c];
   const auto terms = static_cast<int>(coupling.terms.size());
-  ports.owner(coupling.name, "coupling", "coupling");
+  ports.owner(coupling.name, "coupling", "coordinate");
   const Ports::Group group = ports.group(c, terms, coupling_forces, true);
   for (int i = 0; i < terms; ++i) {
     const CouplingDef::Term& term = coupling.terms[i];
@@ -140,7 +140,7 @@ void coupling_ports(Ports& ports, int c) {
 void motion_ports(Ports& ports, int m) {
   const MotionDef& motion = ports.mechanism.multibody.motions[m];
   if (!motion.input) return;
-  ports.owner(motion.name, "motion", "motion");
+  ports.owner(motion.name, "motion", "frame");
   const int first = ports.system.drive_count() + ports.system.coupling_count() + kPrescribedPerMotion * m;
   for (int i = 0; i < kPrescribedPerMotion; ++i) {
     const std::string number = "[" + std::to_string(i % 3 + 1) + "]";
