@@ -55,7 +55,7 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const auto& variables = slave.variables();
   std::vector<unsigned> inputs, outputs;
   for (unsigned i = 0; i < variables.size(); ++i) {
-    if (variables[i].input >= 0) inputs.push_back(i);
+    if (variables[i].is_input()) inputs.push_back(i);
     if (variables[i].output && !variables[i].integer) outputs.push_back(i);
   }
   if (static_cast<double>(inputs.size()) * static_cast<double>(outputs.size()) > kMostPairs) return {};
@@ -66,11 +66,13 @@ std::vector<std::vector<bool>> probe_dependencies(Mechanism mechanism) {
   const double H = 0.1 * mechanism.stop_time / kPoints;
   for (int point = 0; point < kPoints; ++point) {
     std::vector<double> values;
-    values.reserve(inputs.size());
+    std::vector<unsigned> loads;  // what is prescribed stays
     for (unsigned i : inputs) {
+      if (variables[i].input < 0) continue;
+      loads.push_back(i);
       values.push_back(force * (variables[i].unit == std::string("N") ? 1 : comparable.length) * random());
     }
-    slave.set(inputs.data(), inputs.size(), false, values.data());
+    slave.set(loads.data(), loads.size(), false, values.data());
     if (!slave.do_step(slave.time(), H)) throw std::runtime_error(slave.message());
 
     // Rounding is measured against the largest derivative of the same kind: an input that the joints take up entirely

@@ -126,7 +126,7 @@ void write_variable(XMLElement* parent, const Port& v, unsigned reference, const
   set(scalar, "causality", name(v.causality));
   set(scalar, "variability", name(v.variability));
   set(scalar, "initial", v.output ? "calculated" : "exact");
-  if (v.input >= 0) scalar->DeleteAttribute("initial");  // inputs must not have it
+  if (v.is_input()) scalar->DeleteAttribute("initial");  // inputs must not have it
 
   XMLElement* type = scalar->InsertNewChildElement(v.enumeration ? "Enumeration" : v.integer ? "Integer" : "Real");
   if (v.enumeration) set(type, "declaredType", v.enumeration->name);
@@ -137,7 +137,7 @@ void write_variable(XMLElement* parent, const Port& v, unsigned reference, const
   }
   if (std::isfinite(v.min)) set(type, "min", v.min);
   if (std::isfinite(v.max)) set(type, "max", v.max);
-  if (v.input >= 0) set(type, "start", 0.0);
+  if (v.is_input()) set(type, "start", v.start);
   if (v.causality == Causality::parameter) set(type, "start", v.value(mechanism));
 }
 

@@ -17,7 +17,8 @@ struct Engine {
         integrator(std::make_unique<Integrator>(system, settings, plans)),
         evaluation(system.make_evaluation()),
         u(system.make_inputs()) {
-    for (VectorXd* x : {&vdot, &vdot_before, &vdot_after}) x->setZero(system.velocity_size());
+    q_scratch.setZero(system.position_size());
+    for (VectorXd* x : {&vdot, &vdot_before, &vdot_after, &v_scratch}) x->setZero(system.velocity_size());
     for (VectorXd* x : {&lambda, &lambda_scratch}) x->setZero(system.constraint_size());
   }
 
@@ -31,7 +32,7 @@ struct Engine {
   Inputs u;
   bool has_motion = false, has_accelerations = false;
 
-  VectorXd vdot_before, vdot_after, lambda_scratch;  // of a jump
+  VectorXd vdot_before, vdot_after, lambda_scratch, q_scratch, v_scratch;  // of a jump
 };
 
 }  // namespace sigmafmu

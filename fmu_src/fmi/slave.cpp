@@ -104,7 +104,31 @@ Snapshot Slave::first_snapshot() const {
   data.input = system.make_signal();
   data.last_input = system.make_inputs();
   data.vdot_before_jump.setZero(system.velocity_size());
+  for (const Port& v : variables_) {
+    if (v.prescribed >= 0) data.input.drive[v.derivative][v.prescribed] = v.start;
+  }
   return data;
+}
+
+// The definition takes over what the master prescribes at the start.
+void Slave::tell_prescribed() {
+  const auto& drive = data_.input.drive;
+  MultibodyDef& d = mechanism_.multibody;
+  for (std::size_t i = 0; i < d.drives.size(); ++i) {
+    if (!d.drives[i].input) continue;
+    const auto index = static_cast<Eigen::Index>(i);
+    const auto order = static_cast<int>(d.drives[i].motion);
+    d.drives[i].value = drive[order][index];
+    d.drives[i].first_derivative = drive[order + 1][index];
+    d.drives[i].second_derivative = drive[order + 2][index];
+  }
+  auto first = static_cast<Eigen::Index>(d.drives.size() + d.couplings.size());
+  for (MotionDef& motion : d.motions) {
+    for (std::size_t k = 0; motion.input && k < motion.start.size(); ++k) {
+      for (std::size_t i = 0; i < 6; ++i) motion.start[k][i] = drive[k][first + static_cast<Eigen::Index>(i)];
+    }
+    first += kPrescribedPerMotion;
+  }
 }
 
 void Slave::reset() {
@@ -141,11 +165,12 @@ void Slave::exit_initialization() {
 void Slave::initialize() {
   State& s = data_.state;
   try {
+    tell_prescribed();
     validate(mechanism_.multibody);
     fit_engine(mechanism_, data_);
     s = engine_->integrator->make_state();
     s.time = data_.start_time;
-    start_drives(mechanism_.multibody, engine_->system, data_.input);
+    start_prescribed(mechanism_.multibody, engine_->system, data_.input);
     assemble(mechanism_.multibody, engine_->system, engine_->solver, s.q, s.v);
   } catch (const std::bad_alloc&) {
     throw;
@@ -154,6 +179,7 @@ void Slave::initialize() {
   }
   Engine& engine = *engine_;
   s.turned = coordinates_at_start(mechanism_.multibody, engine.system, s.q);
+  mesh_couplings(mechanism_.multibody, s.turned, data_.input);
   if (!engine.integrator->initialize(s, data_.input)) {
     data_.input.value(s.elapsed, s.turned, engine.u);
     accelerations_or_discard(s.q, s.v, engine.u, engine.vdot, engine.lambda);
@@ -231,6 +257,8 @@ void Slave::get(const unsigned* references, std::size_t count, bool integer, dou
       values[i] = outputs_(v, view());
     } else if (v.input >= 0) {
       values[i] = data_.input.derivative[0][v.input];
+    } else if (v.prescribed >= 0) {
+      values[i] = data_.input.drive[v.derivative][v.prescribed];
     } else {
       values[i] = v.value(mechanism_);
     }
@@ -255,7 +283,7 @@ Slave::Changes Slave::check_values(const unsigned* references, std::size_t count
     require_settable(v);
     const std::string complaint = v.complaint(values[i]);
     if (!complaint.empty()) throw Refused(complaint);
-    if (v.input >= 0) {
+    if (v.is_input()) {
       changes.inputs = true;
     } else if (v.value(mechanism_) != values[i]) {
       changes.parameters = true;
@@ -269,7 +297,7 @@ void Slave::store_values(const unsigned* references, std::size_t count, const do
   try {
     for (std::size_t i = 0; i < count; ++i) {
       const Port& v = variables_[references[i]];
-      if (v.input < 0) v.set_value(mechanism_, values[i]);
+      if (!v.is_input()) v.set_value(mechanism_, values[i]);
     }
   } catch (...) {
     set_parameters(mechanism_, data_.parameters);
@@ -278,6 +306,10 @@ void Slave::store_values(const unsigned* references, std::size_t count, const do
   for (std::size_t i = 0; i < count; ++i) {
     const Port& v = variables_[references[i]];
     if (v.input >= 0) data_.input.derivative[0][v.input] = values[i];
+    if (v.prescribed < 0) continue;
+    for (int k = 0; k <= InputSignal::kMaxDerivative; ++k) {  // derivatives are zero until they are set
+      data_.input.drive[v.derivative + k][v.prescribed] = k == 0 ? values[i] : 0.0;
+    }
   }
 }
 

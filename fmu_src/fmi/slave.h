@@ -76,6 +76,7 @@ class Slave {
   bool engine_fits(const Snapshot& data) const;
   void fit_engine(const Mechanism& mechanism, const Snapshot& data);
   Snapshot first_snapshot() const;
+  void tell_prescribed();
   void initialize();
   void ensure_initialized();
   const Port& variable(unsigned reference) const;
@@ -94,6 +95,7 @@ class Slave {
   // slave_step.cpp
   void check_step(double t, double H) const;
   void absorb_jump();
+  void move_to_prescribed();
   bool internal_steps(double t, double H, std::int64_t n);
   void describe_failure(const StepFailure& failure) noexcept;
   std::string describe_position();

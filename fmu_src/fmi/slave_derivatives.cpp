@@ -11,7 +11,7 @@ void Slave::set_input_derivatives(const unsigned* references, std::size_t count,
                                   const double* values) {
   for (std::size_t i = 0; i < count; ++i) {
     const Port& v = variable(references[i]);
-    if (v.input < 0) fail<Refused>(v.name, " is no input; derivatives can be set for inputs alone.");
+    if (!v.is_input()) fail<Refused>(v.name, " is no input; derivatives can be set for inputs alone.");
     if (orders[i] < 1 || orders[i] > InputSignal::kMaxDerivative) {
       fail<Refused>("The derivative order of ", v.name, " is ", orders[i], "; it must be 1 to ",
                     InputSignal::kMaxDerivative, ".");
@@ -21,7 +21,12 @@ void Slave::set_input_derivatives(const unsigned* references, std::size_t count,
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    data_.input.derivative[orders[i]][variables_[references[i]].input] = values[i];
+    const Port& v = variables_[references[i]];
+    if (v.input >= 0) {
+      data_.input.derivative[orders[i]][v.input] = values[i];
+    } else {
+      data_.input.drive[v.derivative + orders[i]][v.prescribed] = values[i];
+    }
   }
   data_.state.elapsed = 0;
   if (data_.phase != Phase::step) data_.stale = true;
@@ -71,12 +76,18 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
   evaluate(false);
   const State& s = data_.state;
   const System& system = engine_->system;
-  Inputs du = system.make_inputs();
+  Inputs du = engine_->u;
+  for (VectorXd* x : {&du.u, &du.xdot, &du.xddot}) x->setZero();
   for (std::size_t i = 0; i < input_count; ++i) {
     const Port& v = variable(inputs[i]);
-    if (v.input < 0) fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
+    if (!v.is_input())
+      fail<Refused>(v.name, " is no input; directional derivatives exist with respect to inputs alone.");
     if (!std::isfinite(direction[i])) fail<Refused>("The direction of ", v.name, " must be finite.");
-    du.u[v.input] += direction[i];
+    if (v.input >= 0) {
+      du.u[v.input] += direction[i];
+    } else if (v.derivative == 2) {  // positions and rates that are prescribed are those of the present point
+      du.xddot[v.prescribed] += direction[i];
+    }
   }
   for (std::size_t i = 0; i < output_count; ++i) real_output(outputs[i], "directional derivatives exist");
   // Accelerations and multipliers are affine in u with a slope that q alone determines: a difference over any length is
@@ -105,6 +116,7 @@ void Slave::directional_derivative(const unsigned* outputs, std::size_t output_c
       }
     }
     du.u = -du.u;
+    du.xddot = -du.xddot;
   }
 }
 

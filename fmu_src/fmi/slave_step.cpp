@@ -76,12 +76,13 @@ bool Slave::do_step(double t, double H) {
   const std::int64_t n = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(ratio * (1 - 1e-9) - 1e-9)));
   s.time = t;
   s.elapsed = 0;
+  data_.input.start = t - data_.start_time;
   absorb_jump();
   forget_outputs();
   const std::int64_t retries = s.counters.retries;
   const bool ok = internal_steps(t, H, n);
   data_.input.value(s.elapsed, s.turned, data_.last_input);
-  data_.input.continue_from(data_.last_input);  // where the derivatives led is what holds from here on
+  data_.input.continue_from(data_.last_input, s.elapsed);  // where the derivatives led is what holds from here on
   s.elapsed = 0;
   if (ok) remarks_.about_step(mechanism_, s, H / static_cast<double>(n));
   remarks_.about_retries(s.counters.retries - retries, t + H);
@@ -115,11 +116,29 @@ void Slave::absorb_jump() {
   } else {
     accelerations_or_discard(s.q, s.v, data_.last_input, e.vdot_before, e.lambda_scratch);
   }
+  if (!e.u.prescribes_like(data_.last_input)) move_to_prescribed();
   accelerations_or_discard(s.q, s.v, e.u, e.vdot_after, e.lambda_scratch);
   e.vdot_after -= e.vdot_before;
   e.integrator->shift_accelerations(s, e.vdot_after);
   data_.parameter_jump = false;
   data_.last_input = e.u;
+}
+
+// Where a master prescribes another position or rate than that of the last step's end, the mechanism moves there by
+// the least motion and the least impulses.
+void Slave::move_to_prescribed() {
+  State& s = data_.state;
+  Engine& e = *engine_;
+  e.q_scratch = s.q;
+  if (e.u.x != data_.last_input.x && !e.solver.project_positions(e.u, e.q_scratch).possible) {
+    fail<Discarded>("At t = ", s.time, " s the mechanism cannot follow what is prescribed.");
+  }
+  e.v_scratch = s.v;
+  if (!e.solver.project_velocities(e.q_scratch, e.u, e.v_scratch)) {
+    fail<Discarded>("At t = ", s.time, " s the mechanism cannot follow the rates that are prescribed.");
+  }
+  s.q = e.q_scratch;
+  s.v = e.v_scratch;
 }
 
 // The step has failed whether or not there is memory to say why.

@@ -10,7 +10,7 @@ namespace sigmafmu {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'I', 'G', 'M', 'A', 'F', 'M', 'U'};
-constexpr std::uint32_t kFormat = 5;
+constexpr std::uint32_t kFormat = 6;
 
 // The one list of what a snapshot consists of; `archive` writes or reads each item.
 template <typename Archive, typename AnySnapshot>
@@ -20,6 +20,7 @@ void visit(Archive& archive, AnySnapshot& s) {
   archive(s.parameters);
   for (auto& d : s.input.derivative) archive(d);
   for (auto& d : s.input.drive) archive(d);
+  archive(s.input.start), archive(s.last_input.time);
   archive(s.last_input.u), archive(s.last_input.x), archive(s.last_input.xdot), archive(s.last_input.xddot),
       archive(s.last_input.turned);
   archive(s.parameter_jump), archive(s.vdot_before_jump);

@@ -127,6 +127,8 @@ Variables make_all_variables(const Mechanism& mechanism, const System& system) {
   for (int i = 0; i < system.body_count(); ++i) body_ports(ports, i);
   for (int j = 0; j < system.joint_count(); ++j) joint_ports(ports, j);
   for (int d = 0; d < system.drive_count(); ++d) drive_ports(ports, d);
+  for (int c = 0; c < system.coupling_count(); ++c) coupling_ports(ports, c);
+  for (std::size_t m = 0; m < mechanism.multibody.motions.size(); ++m) motion_ports(ports, static_cast<int>(m));
   force_ports(ports);
   for (std::size_t s = 0; s < mechanism.stations.size(); ++s) station_ports(ports, static_cast<int>(s));
   for (std::size_t s = 0; s < mechanism.sensors.size(); ++s) sensor_ports(ports, static_cast<int>(s));

@@ -57,25 +57,9 @@ Matrix3d inertia_matrix(const RigidBodyDef& b) {
   return J;
 }
 
-const std::vector<CoordinateKind>& coordinates(JointType type) {
-  using K = CoordinateKind;
-  static const std::vector<CoordinateKind> none, angle = {K::angle}, displacement = {K::displacement},
-                                                 both = {K::angle, K::displacement};
-  switch (type) {
-    case JointType::revolute:
-      return angle;
-    case JointType::prismatic:
-      return displacement;
-    case JointType::cylindrical:
-      return both;
-    default:
-      return none;
-  }
-}
-
 const std::vector<std::string>& joint_type_names() {
-  static const std::vector<std::string> names = {"spherical", "revolute", "universal",
-                                                 "prismatic", "fixed",    "cylindrical"};
+  static const std::vector<std::string> names = {"spherical",   "revolute", "universal", "prismatic",     "fixed",
+                                                 "cylindrical", "planar",   "distance",  "point_on_line", "free"};
   return names;
 }
 
@@ -90,8 +74,10 @@ const std::vector<std::string>& sensor_axes_names() {
 }
 
 std::string constraint_name(const MultibodyDef& d, int constraint) {
-  const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size();
-  return c < joints ? d.joints[c].name : "the drive of " + d.joints[d.drives[c - joints].joint].name;
+  const auto c = static_cast<std::size_t>(constraint), joints = d.joints.size(), drives = d.drives.size();
+  if (c < joints) return d.joints[c].name;
+  if (c < joints + drives) return "the drive of " + d.joints[d.drives[c - joints].joint].name;
+  return d.couplings[c - joints - drives].name;
 }
 
 int MultibodyDef::add(RigidBodyDef body) { return append(bodies, std::move(body)); }
@@ -109,7 +95,13 @@ int MultibodyDef::add(PlaneContactDef contact) { return append(plane_contacts, s
 int MultibodyDef::add(SphereContactDef contact) { return append(sphere_contacts, std::move(contact)); }
 int MultibodyDef::add(LoadDef load) { return append(loads, std::move(load)); }
 int MultibodyDef::add(JointSpringDef spring) { return append(joint_springs, spring); }
-int MultibodyDef::add(DriveDef drive) { return append(drives, drive); }
+int MultibodyDef::add(JointFrictionDef friction) { return append(joint_frictions, friction); }
+int MultibodyDef::add(JointStopDef stop) { return append(joint_stops, stop); }
+int MultibodyDef::add(JointArmatureDef armature) { return append(joint_armatures, armature); }
+int MultibodyDef::add(RotationMotorDef motor) { return append(rotation_motors, motor); }
+int MultibodyDef::add(DriveDef drive) { return append(drives, std::move(drive)); }
+int MultibodyDef::add(CouplingDef coupling) { return append(couplings, std::move(coupling)); }
+int MultibodyDef::add(MotionDef motion) { return append(motions, std::move(motion)); }
 int Mechanism::add(StationDef station) { return append(stations, std::move(station)); }
 int Mechanism::add(SensorDef sensor) { return append(sensors, std::move(sensor)); }
 

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "model/elements/coupling.h"
 #include "model/elements/elements.h"
 
 namespace sigmafmu {
@@ -77,17 +78,27 @@ Matrix3d inertia_matrix(const RigidBodyDef& body);
 Matrix3d axes_with_z(const Vector3d& z);
 
 enum class JointType {
-  spherical,    // origins coincide
-  revolute,     // and z1 = z2; angle from x1 to x2 about z
-  universal,    // origins coincide and y1 is perpendicular to x2 (the two axes of the cross)
-  prismatic,    // frames parallel, origin 2 on the z axis of frame 1; displacement along it
-  fixed,        // frames coincide
-  cylindrical,  // z axes coincide; angle and displacement as above
+  spherical,      // origins coincide
+  revolute,       // and z1 = z2; angle from x1 to x2 about z
+  universal,      // origins coincide and y1 is perpendicular to x2 (the two axes of the cross); angles about y1 and x2
+  prismatic,      // frames parallel, origin 2 on the z axis of frame 1; displacement along it
+  fixed,          // frames coincide
+  cylindrical,    // z axes coincide; angle and displacement as above
+  planar,         // z1 = z2, origin 2 in the plane of x1 and y1; angle as above, displacements along x1 and y1
+  distance,       // origins stay `length` apart
+  point_on_line,  // origin 2 on the z axis of frame 1; displacement along it
+  free,           // no equation; displacements along x1, y1 and z1
 };
 
-// What a joint leaves free along or about the z axis of its frames.
-enum class CoordinateKind { angle, displacement };  // [rad], [m]
-const std::vector<CoordinateKind>& coordinates(JointType type);
+// What a joint leaves free: an angle [rad] about an axis of its frames, or a displacement [m] along one of frame 1.
+enum class CoordinateKind { angle, displacement };
+struct CoordinateType {
+  enum class AxisOf { both_frames, frame1, frame2 };
+  CoordinateKind kind;
+  int axis;  // 0: x, 1: y, 2: z
+  AxisOf of;
+};
+const std::vector<CoordinateType>& coordinates(JointType type);
 // In the order of the enumeration.
 const std::vector<std::string>& joint_type_names();
 
@@ -101,21 +112,55 @@ struct JointDef {
   // Of each coordinate: angles with their turns [rad], displacements [m], and rates. They count where
   // MultibodyDef::held has them; else the bodies tell them.
   static constexpr double kNotSet = std::numeric_limits<double>::quiet_NaN();
-  std::array<double, 2> initial_coordinates = {kNotSet, kNotSet};
-  std::array<double, 2> initial_rates = {kNotSet, kNotSet};
+  std::array<double, 3> initial_coordinates = {kNotSet, kNotSet, kNotSet};
+  std::array<double, 3> initial_rates = {kNotSet, kNotSet, kNotSet};
+  double length = kNotSet;  // of a distance joint [m]; not set: what it is at the start
 
   int coordinate_count() const { return static_cast<int>(coordinates(type).size()); }
-  bool turns(int coordinate) const { return coordinates(type)[coordinate] == CoordinateKind::angle; }
+  bool turns(int coordinate) const { return coordinates(type)[coordinate].kind == CoordinateKind::angle; }
+  // Follows the words for a coordinate where a joint has several of its kind: 1, 2, ...; else nothing.
+  std::string number(int coordinate) const;
+  // `of_angle` or `of_displacement`, with that number.
+  std::string word(int coordinate, const char* of_angle, const char* of_displacement) const;
+  // For what acts on a coordinate: `word`, with that number, or `displacementWord` for a displacement of a joint that
+  // has angles as well.
+  std::string word_on(int coordinate, const std::string& word) const;
+};
+
+// Points (time from the start [s], value) of a function of time: the natural cubic spline through them, and straight
+// lines beyond its ends.
+struct TableDef {
+  std::vector<double> times, values;
 };
 
 // Prescribes a joint's coordinate: where it is from the start on, or at which rate or acceleration it goes on from its
-// initial value.
+// initial value. A constant, a function of time, or an input of the FMU with the derivatives that the master gives.
 struct DriveDef {
   enum class Motion { position, rate, acceleration };
   int joint = 0;
   int coordinate = 0;  // of the joint
   Motion motion = Motion::rate;
-  double value = 0;  // [rad] or [m], per s, per s^2
+  double value = 0;  // [rad] or [m], per s, per s^2; of an input: at the start
+  bool input = false;
+  std::optional<TableDef> table = std::nullopt;  // in place of the value
+  // Of an input at the start, as the master has set them.
+  double first_derivative = 0, second_derivative = 0;
+
+  // `angle`, `rate` or `acceleration` as the name of the input has it: `joint.drivenAngle`.
+  std::string input_name(const MultibodyDef& definition) const;
+};
+
+// A frame of the ground that moves in a prescribed way: a shaker, a road, the deck of a ship. Elements attach to it as
+// to node k of the ground, where this is motion k. Six functions of time tell its displacement d [m] in W and its
+// rotation vector psi [rad], each 0 where nothing is said: p = position + d, R = axes exp(hat(psi)).
+struct MotionDef {
+  std::string name;
+  Vector3d position = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity();
+  bool input = false;  // all six are inputs of the FMU: `displacement`, `rotation`
+  std::array<std::optional<TableDef>, 6> tables = {};
+  // Of inputs at the start, as the master has set them: values, first and second derivatives.
+  std::array<std::array<double, 6>, 3> start = {};
 };
 
 // One of the numbers that a mechanism starts from. Objects are bodies, or joints.
@@ -148,7 +193,13 @@ struct MultibodyDef {
   std::vector<CloudContactDef> cloud_contacts;
   std::vector<LoadDef> loads;
   std::vector<JointSpringDef> joint_springs;
+  std::vector<JointFrictionDef> joint_frictions;
+  std::vector<JointStopDef> joint_stops;
+  std::vector<JointArmatureDef> joint_armatures;
+  std::vector<RotationMotorDef> rotation_motors;
   std::vector<DriveDef> drives;
+  std::vector<CouplingDef> couplings;
+  std::vector<MotionDef> motions;
   Vector3d gravity = Vector3d::Zero();  // in W [m/s^2]
   // Initial values that a user has set, each with the one that the definition came with: these stay, the others give
   // way where the joints ask for it.
@@ -170,7 +221,13 @@ struct MultibodyDef {
   int add(CloudContactDef contact);
   int add(LoadDef load);
   int add(JointSpringDef spring);
+  int add(JointFrictionDef friction);
+  int add(JointStopDef stop);
+  int add(JointArmatureDef armature);
+  int add(RotationMotorDef motor);
   int add(DriveDef drive);
+  int add(CouplingDef coupling);
+  int add(MotionDef motion);
 };
 
 // How many components the vector has that a value belongs to, 0 where there is no such value. Those of a joint are its
@@ -187,7 +244,16 @@ MultibodyDef without_held_values(const MultibodyDef& definition);
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what);
 const char* initial_unit(const MultibodyDef& definition, const InitialValue& what);
 
-// The name of a constraint: joints come first, then drives, each called by its joint.
+// Of a body's frame or of one of its nodes, from its initial values; of a moving frame where its motion is zero.
+struct PoseAtStart {
+  Vector3d position = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity();
+};
+PoseAtStart pose_at_start(const MultibodyDef& definition, int body, int node);
+// The length [m] of a distance joint.
+double rod_length(const MultibodyDef& definition, const JointDef& joint);
+
+// The name of a constraint: joints come first, then drives, each called by its joint, then couplings.
 std::string constraint_name(const MultibodyDef& definition, int constraint);
 
 // How large the mechanism is [m]: the largest distance of a joint, force or node from the origin of its body's

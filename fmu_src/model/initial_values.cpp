@@ -77,9 +77,10 @@ MultibodyDef without_held_values(const MultibodyDef& definition) {
 std::string initial_name(const MultibodyDef& definition, const InitialValue& what) {
   if (what.of_joint()) {
     const JointDef& joint = definition.joints[what.object];
-    const bool turns = joint.turns(what.component);
-    if (what.kind == Kind::joint_rate) return joint.name + (turns ? ".initialAngularRate" : ".initialRate");
-    return joint.name + (turns ? ".initialAngle" : ".initialDisplacement");
+    const bool rate = what.kind == Kind::joint_rate;
+    return joint.name + "." +
+           joint.word(what.component, rate ? "initialAngularRate" : "initialAngle",
+                      rate ? "initialRate" : "initialDisplacement");
   }
   const char* names[] = {"Position", "Quaternion", "Velocity", "AngularVelocity", "Modal", "ModalRate"};
   return definition.bodies[what.object].name + ".initial" + names[static_cast<int>(what.kind)];

@@ -109,6 +109,7 @@ class Writer {
     return x;
   }
   Json value(int x, const std::string&) const { return x; }
+  Json value(bool x, const std::string&) const { return x; }
   Json value(const std::string& x, const std::string&) const { return x; }
   Json value(const std::optional<ModalDef>& x, const std::string& name) const {
     if (x->file.empty()) refuse(name, " has modal data of no file; they must be in one.");
@@ -292,6 +293,10 @@ class Reader {
     return found;
   }
   static void read(const Json& value, const std::string& name, double& x) { x = number(value, name); }
+  static void read(const Json& value, const std::string& name, bool& x) {
+    if (!value.is_boolean()) refuse(name, " is ", excerpt(value), "; it must be true or false.");
+    x = value.get<bool>();
+  }
   static void read(const Json& value, const std::string& name, int& x) {
     if (value.is_number_integer()) {
       const double whole = value.get<double>();  // what is too large for an int remains too large

@@ -82,13 +82,14 @@ void visit(Archive& archive, Any& d) {
   archive.bodies("bodies", d.body1, d.body2);
   archive.optional("frame1", d.frame1);
   archive.optional("frame2", d.frame2);
-  // A joint with two of them has a key for each: an angle's is the shorter one.
-  const auto& kinds = coordinates(d.type);
-  const char* coordinate_keys[] = {"coordinate", "displacement"};
-  const char* rate_keys[] = {"rate", "displacement_rate"};
-  for (std::size_t c = 0; c < kinds.size(); ++c) {
-    archive.optional(coordinate_keys[c], d.initial_coordinates[c], !std::isnan(d.initial_coordinates[c]));
-    archive.optional(rate_keys[c], d.initial_rates[c], !std::isnan(d.initial_rates[c]));
+  if (d.type == JointType::distance) archive.optional("length", d.length, !std::isnan(d.length));
+  // A joint with several coordinates has keys for each: an angle's are the shorter ones.
+  for (int c = 0; c < d.coordinate_count(); ++c) {
+    const bool plain = d.turns(c) || !d.turns(0);
+    archive.optional((plain ? "coordinate" : "displacement") + d.number(c), d.initial_coordinates[c],
+                     !std::isnan(d.initial_coordinates[c]));
+    archive.optional((plain ? "rate" : "displacement_rate") + d.number(c), d.initial_rates[c],
+                     !std::isnan(d.initial_rates[c]));
   }
 }
 
@@ -109,7 +110,39 @@ void visit(Archive& archive, Any& d) {
   archive.joint("joint", d.joint);
   archive.optional("coordinate", d.coordinate);
   archive.choice("motion", d.motion, {"position", "rate", "acceleration"}, 0);
-  archive.required("value", d.value);
+  archive.optional("value", d.value, !d.table);
+  archive.optional("input", d.input, d.input);
+  archive.optional("table", d.table, d.table.has_value());
+}
+
+template <typename Archive, typename Any, If<TableDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("times", d.times);
+  archive.required("values", d.values);
+}
+
+template <typename Archive, typename Any, If<CouplingDef::Term, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.joint("joint", d.joint);
+  archive.optional("coordinate", d.coordinate);
+  archive.required("polynomial", d.polynomial);
+}
+
+template <typename Archive, typename Any, If<CouplingDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.required("terms", d.terms);
+  archive.optional("offset", d.offset, !std::isnan(d.offset));
+}
+
+template <typename Archive, typename Any, If<MotionDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.required("name", d.name);
+  archive.optional("position", d.position);
+  archive.optional("orientation", Group{[&](auto& a) { a.required("matrix", d.axes); }});
+  archive.optional("input", d.input, d.input);
+  constexpr const char* keys[] = {"x", "y", "z", "rx", "ry", "rz"};
+  for (std::size_t i = 0; i < d.tables.size(); ++i) archive.optional(keys[i], d.tables[i], d.tables[i].has_value());
 }
 
 template <typename Archive, typename Any, If<StationDef, Any> = 0>
@@ -168,6 +201,8 @@ void visit(Archive& archive, Any& d) {
   archive.list("joints", m.joints, add);
   for_each_force_list(m, [&](const char* key, auto& forces) { archive.list(key, forces, add); });
   archive.list("drives", m.drives, add);
+  archive.list("couplings", m.couplings, add);
+  archive.list("motions", m.motions, add);
   archive.list("stations", d.stations, [&](auto x) { d.add(std::move(x)); });
   archive.list("sensors", d.sensors, [&](auto x) { d.add(std::move(x)); });
   archive.optional("expose", d.expose, d.expose.has_value());

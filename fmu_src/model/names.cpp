@@ -20,27 +20,50 @@ constexpr const char* kVariables[] = {
     "angularAcceleration",
     "angularRate",
     "angularVelocity",
+    "armature",
     "coefficient",
+    "creepRate",
     "crossDamping",
     "crossStiffness",
     "damping",
     "deflection",
     "displacement",
+    "displacementArmature",
+    "displacementCreepRate",
     "displacementDamping",
+    "displacementDrivenAcceleration",
+    "displacementDrivenRate",
+    "displacementFriction",
+    "displacementFrictionForce",
+    "displacementLowerStop",
     "displacementPower",
     "displacementRest",
     "displacementSpringEnergy",
     "displacementSpringForce",
     "displacementSpringPower",
     "displacementStiffness",
+    "displacementStopDamping",
+    "displacementStopDepth",
+    "displacementStopForce",
+    "displacementStopStiffness",
+    "displacementStribeckFriction",
+    "displacementStribeckRate",
+    "displacementUpperStop",
+    "displacementViscousFriction",
     "dissipation",
     "driveForce",
     "driveTorque",
+    "drivenAcceleration",
+    "drivenAngle",
+    "drivenDisplacement",
+    "drivenRate",
     "energy",
     "flow",
     "force",
     "freeLength",
     "friction",
+    "frictionForce",
+    "frictionTorque",
     "gap",
     "inertia",
     "initialAngle",
@@ -54,6 +77,7 @@ constexpr const char* kVariables[] = {
     "initialRate",
     "initialVelocity",
     "length",
+    "lowerStop",
     "mass",
     "massDamping",
     "modal",
@@ -67,6 +91,7 @@ constexpr const char* kVariables[] = {
     "rate",
     "reactionForce",
     "reactionTorque",
+    "relativeAngularVelocity",
     "rest",
     "rotation",
     "rotationVector",
@@ -79,11 +104,23 @@ constexpr const char* kVariables[] = {
     "springTorque",
     "stiffness",
     "stiffnessDamping",
+    "stopDamping",
+    "stopDepth",
+    "stopForce",
+    "stopStiffness",
+    "stopTorque",
+    "stribeckFriction",
+    "stribeckRate",
     "torque",
     "torsionalDamping",
     "torsionalStiffness",
+    "upperStop",
     "velocity",
+    "viscousFriction",
 };
+
+// `angle2` -> `angle`: the number of a joint's coordinate.
+std::string without_number(const std::string& word) { return word.substr(0, word.find_last_not_of("0123456789") + 1); }
 
 template <typename Words>
 bool contains(const Words& words, const std::string& word) {
@@ -120,7 +157,7 @@ void Names::check_variables() const {
   for (const auto& [name, kind] : kinds_) {
     for (std::size_t dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) {
       const std::string owner = name.substr(0, dot), word = name.substr(dot + 1, name.find('.', dot + 1) - dot - 1);
-      if (kinds_.count(owner) == 0 || !contains(kVariables, word)) continue;
+      if (kinds_.count(owner) == 0 || !contains(kVariables, without_number(word))) continue;
       fail(name, " is the name of a ", kind, "; variables of ", owner, " may have that name.");
     }
   }

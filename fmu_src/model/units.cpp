@@ -13,6 +13,7 @@ const std::vector<Unit>& units() {
       {"1", 0, 0, 0, 0, {}},
       {"s", 0, 0, 1, 0, {{"ms", 1e3}, {"us", 1e6}}},
       {"1/s", 0, 0, -1, 0, {}},
+      {"s/rad", 0, 0, 1, -1, {}},
       {"kg", 1, 0, 0, 0, {}},
       {"kg.m2", 1, 2, 0, 0, {}},
       {"kg/m", 1, -1, 0, 0, {}},
@@ -63,6 +64,7 @@ Scales scales(const MultibodyDef& definition) {
 
 const std::vector<RealType>& real_types() {
   constexpr double inf = std::numeric_limits<double>::infinity();
+  constexpr double kLeastScale = 1e-12;  // of what makes a law smooth
   using S = Scales;
   static const std::vector<RealType> table = {
       // name, quantity, unit, shown in, min, max, nominal
@@ -100,6 +102,14 @@ const std::vector<RealType>& real_types() {
       {"Dissipation", "Slowness", "s/m", nullptr, 0, inf, nullptr},
       {"Coefficient", "Dimensionless", "1", nullptr, 0, inf, nullptr},
       {"SlipVelocity", "Velocity", "m/s", "mm/s", 0, inf, nullptr},
+      {"FrictionForce", "Force", "N", nullptr, 0, inf, nullptr},
+      {"FrictionTorque", "Torque", "N.m", nullptr, 0, inf, nullptr},
+      {"RateScale", "Velocity", "m/s", nullptr, kLeastScale, inf, nullptr},
+      {"AngularRateScale", "AngularVelocity", "rad/s", nullptr, kLeastScale, inf, nullptr},
+      {"LengthScale", "Length", "m", "mm", kLeastScale, inf, nullptr},
+      {"AngleScale", "Angle", "rad", "deg", kLeastScale, inf, nullptr},
+      {"StopDamping", "ImpactDamping", "s/m", nullptr, 0, inf, nullptr},
+      {"TorsionalStopDamping", "ImpactDamping", "s/rad", nullptr, 0, inf, nullptr},
       {"MassDamping", "DampingCoefficient", "1/s", nullptr, 0, inf, nullptr},
       {"StiffnessDamping", "Time", "s", nullptr, 0, inf, nullptr},
       {"Residual", "Dimensionless", "1", nullptr, 0, inf, nullptr},

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "model/mechanism.h"
 #include "model/names.h"
@@ -15,7 +17,20 @@ bool is_rotation(const Matrix3d& R) {
   return (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && R.determinant() > 0;
 }
 
-void validate_joint(const JointDef& j) {
+void validate_length(const MultibodyDef& d, const JointDef& j) {
+  if (j.type != JointType::distance) {
+    if (!std::isnan(j.length)) fail(j.name, " has the length ", j.length, " m; joints of its type must have none.");
+    return;
+  }
+  const bool moving = (j.body1 == kGround && j.frame1.node >= 0) || (j.body2 == kGround && j.frame2.node >= 0);
+  if (std::isnan(j.length) && moving) fail(j.name, " holds to a moving frame of the ground; its length must be set.");
+  const double length = rod_length(d, j);
+  if (length > 0 && std::isfinite(length)) return;
+  if (std::isnan(j.length)) fail(j.name, " keeps points apart that coincide at the start; they must have a distance.");
+  fail(j.name, ".length is ", length, " m; it must be finite, above 0.");
+}
+
+void validate_joint(const MultibodyDef& d, const JointDef& j) {
   check_frame(j.name + ".frame1", j.frame1);
   check_frame(j.name + ".frame2", j.frame2);
   for (const auto& values : {j.initial_coordinates, j.initial_rates}) {
@@ -24,11 +39,14 @@ void validate_joint(const JointDef& j) {
       if (std::isnan(x)) continue;  // not set
       if (static_cast<int>(c) >= j.coordinate_count()) {
         fail(j.name, " has the initial value ", x, "; joints of its type must not have ",
-             c == 0 ? "one." : "a second.");
+             c == 0   ? "one."
+             : c == 1 ? "a second."
+                      : "a third.");
       }
       if (!std::isfinite(x)) fail(j.name, " has the initial value ", x, "; it must be finite.");
     }
   }
+  validate_length(d, j);
 }
 
 // The parameters of a force against what their types allow.
@@ -41,15 +59,51 @@ void validate_force(const MultibodyDef& d, const Def& force) {
       const bool finite = std::isfinite(values[i]);
       if (finite && values[i] >= type.min && values[i] <= type.max) continue;
       const std::string component = p.size > 0 ? "[" + std::to_string(i + 1) + "]" : "";
-      fail(variable_name(d, force, p.name), component, " is ", values[i], " ", type.unit,
-           finite ? "; it must not be negative." : "; it must be finite.");
+      const std::string name = variable_name(d, force, p.name) + component;
+      if (finite && type.min > 0) {
+        std::ostringstream least = text_stream(6);
+        least << type.min;
+        fail(name, " is ", values[i], " ", type.unit, "; it must be at least ", least.str(), ".");
+      }
+      fail(name, " is ", values[i], " ", type.unit, finite ? "; it must not be negative." : "; it must be finite.");
+    }
+  }
+}
+
+void validate_table(const std::string& name, const TableDef& table) {
+  const std::size_t points = table.times.size();
+  if (points != table.values.size() || points < 2) {
+    fail(name, " has a table of ", points, " times and ", table.values.size(),
+         " values; it must have as many of both, at least two.");
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (!std::isfinite(table.times[i]) || !std::isfinite(table.values[i])) {
+      fail("Point ", i + 1, " of the table of ", name, " is ", table.values[i], " at ", table.times[i],
+           " s; both must be finite.");
+    }
+    if (i > 0 && !(table.times[i] > table.times[i - 1])) {
+      fail("Times ", i, " and ", i + 1, " of the table of ", name, " are ", table.times[i - 1], " s and ",
+           table.times[i], " s; they must ascend.");
     }
   }
 }
 
 void validate_drive(const MultibodyDef& d, const DriveDef& drive) {
-  if (!std::isfinite(drive.value)) {
-    fail("The value of the drive of ", d.joints[drive.joint].name, " is ", drive.value, "; it must be finite.");
+  const std::string name = "the drive of " + d.joints[drive.joint].name;
+  for (double x : {drive.value, drive.first_derivative, drive.second_derivative}) {
+    if (!std::isfinite(x)) fail("The value of ", name, " is ", x, "; it must be finite.");
+  }
+  if (!drive.table) return;
+  if (drive.input) fail("The drive of ", d.joints[drive.joint].name, " has a table and is an input; it must be one.");
+  validate_table(name, *drive.table);
+}
+
+void validate_motion(const MotionDef& m) {
+  check_frame(m.name, {m.position, m.axes});
+  for (const auto& table : m.tables) {
+    if (!table) continue;
+    if (m.input) fail(m.name, " has a table and is an input; it must be one of them.");
+    validate_table(m.name, *table);
   }
 }
 
@@ -81,11 +135,18 @@ void validate_sensor(const SensorDef& s, const References& bodies) {
 // No coordinate has two of these.
 template <typename Def>
 void validate_once(const std::vector<Def>& elements, const MultibodyDef& d, const char* what) {
-  for (std::size_t i = 0; i < elements.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (elements[i].joint != elements[k].joint || elements[i].coordinate != elements[k].coordinate) continue;
-      fail(d.joints[elements[i].joint].name, " has two ", what, " on the same coordinate; one is allowed.");
-    }
+  std::set<std::pair<int, int>> known;
+  for (const Def& element : elements) {
+    if (known.emplace(element.joint, element.coordinate).second) continue;
+    fail(d.joints[element.joint].name, " has two ", what, " on the same coordinate; one is allowed.");
+  }
+}
+
+void validate_motors(const std::vector<RotationMotorDef>& motors, const MultibodyDef& d) {
+  std::set<int> known;
+  for (const RotationMotorDef& motor : motors) {
+    if (!known.insert(motor.joint).second)
+      fail(d.joints[motor.joint].name, " has two rotation motors; one is allowed.");
   }
 }
 
@@ -106,6 +167,8 @@ void validate_names(const MultibodyDef& d, const std::vector<StationDef>& statio
   };
   add(d.bodies, "body");
   add(d.joints, "joint");
+  add(d.couplings, "coupling");
+  add(d.motions, "motion");
   for_each_force_list(d, [&](const char*, const auto& forces) {
     using Def = typename std::decay_t<decltype(forces)>::value_type;
     if constexpr (HasName<Def>::value) add(forces, Def::kKind);
@@ -151,16 +214,21 @@ void validation::validate_structure(const MultibodyDef& d) {
     for (const auto& force : forces) force.check(of);
   });
   for (const DriveDef& drive : d.drives) of.coordinate("A drive", drive.joint, drive.coordinate);
-  validate_once(d.joint_springs, d, "springs");
+  for_each_force_list(d, [&](const char*, const auto& forces) {
+    using Def = typename std::decay_t<decltype(forces)>::value_type;
+    if constexpr (std::is_base_of_v<OnCoordinate, Def>) validate_once(forces, d, Def::kSeveral);
+    if constexpr (std::is_same_v<RotationMotorDef, Def>) validate_motors(forces, d);
+  });
   validate_once(d.drives, d, "drives");
+  for (const CouplingDef& coupling : d.couplings) coupling.check(d);
   validate_held(d);
 }
 
 void validate(const MultibodyDef& d) {
   validate_structure(d);
   require_finite("gravity", d.gravity, "m/s2");
-  for (const auto& x : d.bodies) validate_body(x);
-  for (const auto& x : d.joints) validate_joint(x);
+  for (const auto& x : d.bodies) validate_body(d, x);
+  for (const auto& x : d.joints) validate_joint(d, x);
   for_each_force_list(d, [&](const char*, const auto& forces) {
     for (const auto& force : forces) {
       validate_force(d, force);
@@ -168,6 +236,7 @@ void validate(const MultibodyDef& d) {
     }
   });
   for (const auto& x : d.drives) validate_drive(d, x);
+  for (const auto& x : d.motions) validate_motion(x);
 }
 
 void validate(const IntegratorSettings& settings) {

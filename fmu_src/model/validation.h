@@ -24,7 +24,7 @@ inline void require_finite(const std::string& name, const Vector3d& x, const cha
 // Of validate, what a System is built by, whatever the numbers are: names, bodies, nodes, modal data.
 void validate_structure(const MultibodyDef& definition);
 
-void validate_body(const RigidBodyDef& body);  // without its modal data
+void validate_body(const MultibodyDef& definition, const RigidBodyDef& body);  // without its modal data
 void validate_modal(const std::string& body, const ModalDef& modal);
 // What is said of the file itself, whether it has been read or not.
 void validate_modal_file(const std::string& body, const ModalDef& modal);

@@ -32,6 +32,8 @@ class Kinematics {
  public:
   Kinematics(const FrameKinematics* all, const int* frames) : all_(all), frames_(frames) {}
   const FrameKinematics& operator[](int i) const { return all_[frames_[i]]; }
+  // Those from one on.
+  Kinematics from(int first) const { return {all_, frames_ + first}; }
 
  private:
   const FrameKinematics* all_;
@@ -47,6 +49,7 @@ class FrameRows {
  public:
   FrameRows(double* values, int rows) : values_(values), rows_(rows) {}
   Rows operator[](int i) const { return {values_ + 6 * rows_ * i, rows_, 6}; }
+  FrameRows from(int first) const { return {values_ + 6 * rows_ * first, rows_}; }
   int rows() const { return rows_; }
 
  private:
@@ -77,6 +80,7 @@ class FramePairs {
   bool has(int i, int j) const { return offset_[i * frames_ + j] >= 0; }
   Block operator()(int i, int j) const { return Block(values_ + offset_[i * frames_ + j]); }
   int frames() const { return frames_; }
+  FramePairs from(int first) const { return {values_, offset_ + first * frames_ + first, frames_}; }
 
  private:
   double* values_;

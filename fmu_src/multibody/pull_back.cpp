@@ -12,26 +12,68 @@ FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) con
           {at(first + 2), modes, modes}};
 }
 
+// J vdot + L v.
+Vector6d System::frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const {
+  if (frame == body_count_) return Vector6d::Zero();
+  if (frame < body_count_) return vdot.segment<6>(kVelocitiesPerBody * frame);
+  const auto moving = static_cast<std::size_t>(frame - body_count_ - 1);
+  if (moving < moving_frames_.size()) return e.moving_accelerations[moving];
+  const auto& [body, f, node] = node_frames_[frame - body_count_];
+  const NodeFrameEvaluation& at = node_frame(e, frame);
+  const int pose = kVelocitiesPerBody * body, modes = modal_velocity(f), count = this->modes(body);
+  Vector6d result = at.J.leftCols<6>().lazyProduct(vdot.segment<6>(pose));
+  result += at.L.leftCols<6>().lazyProduct(v.segment<6>(pose));
+  result += at.J.rightCols(count).lazyProduct(vdot.segment(modes, count));
+  result += at.L.rightCols(count).lazyProduct(v.segment(modes, count));
+  return result;
+}
+
+void System::move_frames(const Inputs& u, Evaluation& e) const {
+  for (std::size_t i = 0; i < moving_frames_.size(); ++i) {
+    e.frames[body_count_ + 1 + i] = moving_frames_[i].kinematics(u);
+    e.moving_accelerations[i] = moving_frames_[i].acceleration(u);
+  }
+}
+
+// W += B_1 v_1' + Z_1 v_1 of what moves by itself.
+void System::add_explicit_rates(Evaluation& e) const {
+  for (const auto& [moving, first, m, rows] : moving_rows_) {
+    const FrameKinematics& k = e.frames[body_count_ + 1 + moving];
+    const ConstRows B(e.B.data() + rows, m, 6), Z(e.Z.data() + rows, m, 6);
+    Vector6d v;
+    v << k.v_WB, k.w_WB_B;
+    e.W.segment(first, m) += B.lazyProduct(e.moving_accelerations[moving]);
+    e.W.segment(first, m) += Z.lazyProduct(v);
+  }
+}
+
 // B = B_N J.
 void System::pull_back_rows(Evaluation& e) const {
-  for (const auto& [frame, m, rows, pose, modes] : pulled_rows_) {
+  for (const auto& [frame, m, rows, pose, modes, add_pose, add_modes] : pulled_rows_) {
     const Matrix6Xd& J = node_frame(e, frame).J;
     const ConstRows B_N(e.B.data() + rows, m, 6);
-    Rows(e.B.data() + pose, m, 6).noalias() = B_N.lazyProduct(J.leftCols<6>());
-    modal_rows(e.B, m, modes, J.cols() - 6).noalias() = B_N.lazyProduct(J.rightCols(J.cols() - 6));
+    Rows of_pose(e.B.data() + pose, m, 6);
+    if (!add_pose) of_pose.setZero();
+    of_pose += B_N.lazyProduct(J.leftCols<6>());
+    auto of_modes = modal_rows(e.B, m, modes, J.cols() - 6);
+    if (!add_modes) of_modes.setZero();
+    of_modes += B_N.lazyProduct(J.rightCols(J.cols() - 6));
   }
 }
 
 // Z = Z_N J + B_N L.
 void System::pull_back_rates(Evaluation& e) const {
-  for (const auto& [frame, m, rows, pose, modes] : pulled_rows_) {
+  for (const auto& [frame, m, rows, pose, modes, add_pose, add_modes] : pulled_rows_) {
     const auto& [J, L, s, theta, R, A] = node_frame(e, frame);
     const ConstRows B_N(e.B.data() + rows, m, 6), Z_N(e.Z.data() + rows, m, 6);
     const Eigen::Index f = J.cols() - 6;
-    Rows(e.Z.data() + pose, m, 6) = Z_N.lazyProduct(J.leftCols<6>()) + B_N.lazyProduct(L.leftCols<6>());
+    Rows of_pose(e.Z.data() + pose, m, 6);
+    if (!add_pose) of_pose.setZero();
+    of_pose += Z_N.lazyProduct(J.leftCols<6>()) + B_N.lazyProduct(L.leftCols<6>());
     auto Z = modal_rows(e.Z, m, modes, f);
-    Z.noalias() = Z_N.lazyProduct(J.rightCols(f));
-    Z.noalias() += B_N.lazyProduct(L.rightCols(f));
+    if (!add_modes) Z.setZero();
+    Z += Z_N.lazyProduct(J.rightCols(f));
+    Z += B_N.lazyProduct(L.rightCols(f));
   }
 }
 

@@ -37,10 +37,12 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
     M.frame_modal = e.flexible[f].M_modal;
     M.modal_frame = e.flexible[f].M_modal.transpose();
   }
-  for (std::size_t k = 1; k < node_frames_.size(); ++k) {
+  for (std::size_t k = 1 + moving_frames_.size(); k < node_frames_.size(); ++k) {
     const auto& [body, f, node] = node_frames_[k];
     evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
+  if (!armatures_.empty()) add_armature_masses(e);
+  if (!moving_frames_.empty()) move_frames(u, e);
   for (const auto& [element, at, first, rows] : constraints_) {
     element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
@@ -73,6 +75,7 @@ void System::residual(Evaluation& e, const VectorXd& vdot, const VectorXd& lambd
     element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_forces(at, e, r);
   }
+  if (!armatures_.empty()) add_armature_forces(e, vdot, r);
 }
 
 void System::add_gradient_times(const Evaluation& e, const VectorXd& lambda, VectorXd& out) const {
@@ -111,9 +114,11 @@ void System::subtract_rows_times(const VectorXd& rows, const double* v, VectorXd
 }
 
 void System::constraint_rates(const Inputs& u, Evaluation& e) const {
+  if (!moving_rows_.empty()) e.W.setZero();
   for (const auto& [element, at, first, rows] : constraints_) {
     element->rates(u, kinematics(e, at), FrameRows(e.Z.data() + rows, element->equations()), e.W.data() + first);
   }
+  if (!moving_rows_.empty()) add_explicit_rates(e);
   if (!pulled_rows_.empty()) pull_back_rates(e);
 }
 
@@ -134,7 +139,7 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Input
       e.frame_K.setZero();
       e.frame_C.setZero();
     }
-    element->stiffness(kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
+    element->stiffness(u, kinematics(e, at), lambda.data() + first, pairs(at, e.K, e.frame_K));
     if (!at.at_node) continue;
     const int m = element->equations();
     for (int i = 0; i < at.count(); ++i) {
@@ -154,6 +159,7 @@ void System::linearize(const VectorXd& vdot, const VectorXd& lambda, const Input
     element->add(kinematics(e, at), u, {e.frame_forces.data(), at.force.data()});
     pull_back_pairs(at, e);
   }
+  if (!armatures_.empty()) linearize_armatures(vdot, e);
 }
 
 double System::kinetic_energy(const Evaluation& e) const {
@@ -162,6 +168,7 @@ double System::kinetic_energy(const Evaluation& e) const {
   for (int f = 0; f < flexible_count(); ++f) {
     energy += flexible(f).kinetic_energy(e.frames[flexible_body(f)], e.flexible[f]);
   }
+  for (const auto& [element, force] : armatures_) energy += element->kinetic_energy(force_kinematics(e, force));
   return energy;
 }
 
@@ -197,6 +204,12 @@ double System::coordinate_value(const Evaluation& e, int c) const {
 
 double System::coordinate_rate(const Evaluation& e, int c) const {
   return coordinates_[c].coordinate.rate(kinematics(e, coordinates_[c].at));
+}
+
+double System::coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const {
+  const auto& [coordinate, at] = coordinates_[c];
+  return coordinate.acceleration(kinematics(e, at), frame_acceleration(e, at.frames[0], v, vdot),
+                                 frame_acceleration(e, at.frames[1], v, vdot));
 }
 
 void System::coordinate_values(const Evaluation& e, VectorXd& coordinates) const {

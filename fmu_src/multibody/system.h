@@ -18,18 +18,22 @@
 #include "multibody/bodies/flexible_body.h"
 #include "multibody/bodies/rigid_body.h"
 #include "multibody/constraints/compliance.h"
+#include "multibody/constraints/coupling.h"
 #include "multibody/constraints/joint.h"
 #include "multibody/forces/force.h"
+#include "multibody/forces/joint_armature.h"
 #include "multibody/frame.h"
+#include "multibody/moving_frame.h"
 #include "multibody/pattern.h"
 
 namespace sigmafmu {
 
 struct Evaluation {
-  std::vector<FrameKinematics> frames;  // of the bodies, the ground, the nodes
-  VectorXd phi, phidot, W;              // Phi, Phi' and d(Phi')/dt, laid out as lambda
-  VectorXd B, Z;                        // by BlockPattern::Incidence::offset, among rows by frames
-  VectorXd M, C, K;                     // by BlockPattern::Pair::offset; C = dr/dv, K = dr/d(motion)
+  std::vector<FrameKinematics> frames;         // of the bodies, the ground, what moves of it, the nodes
+  VectorXd phi, phidot, W;                     // Phi, Phi' and d(Phi')/dt, laid out as lambda
+  VectorXd B, Z;                               // by BlockPattern::Incidence::offset, among rows by frames
+  VectorXd M, C, K;                            // by BlockPattern::Pair::offset; C = dr/dv, K = dr/d(motion)
+  std::vector<Vector6d> moving_accelerations;  // of frames of the ground that move: (v', w')
   std::vector<FlexibleEvaluation> flexible;
   std::vector<NodeFrameEvaluation> node_frames;  // the first one is that of all frames at no node
 
@@ -52,6 +56,11 @@ class System {
   int constraint_size() const { return constraint_size_; }
   int input_size() const { return input_size_; }
   int drive_count() const { return drive_count_; }
+  // In Inputs::x are what drives prescribe, constants of couplings, then six numbers for each moving frame.
+  int coupling_count() const { return static_cast<int>(couplings_.size()); }
+  int prescribed_count() const {
+    return drive_count() + coupling_count() + kPrescribedPerMotion * static_cast<int>(moving_frames_.size());
+  }
   double size() const { return size_; }  // of the mechanism [m]
   const BlockPattern& pattern() const { return pattern_; }
 
@@ -81,8 +90,12 @@ class System {
   const Joint& joint(int j) const { return *joints_[j]; }
   // Of constraints whose equations depend on each other.
   const Compliance& compliance() const { return compliance_; }
-  // Then come the drives.
+  // Then come the drives, then the couplings.
   int drive_lambda_index(int d) const { return lambda_index(joint_count() + d); }
+  const Coupling& coupling(int c) const { return *couplings_[c]; }
+  Kinematics coupling_kinematics(const Evaluation& e, int c) const {
+    return kinematics(e, constraints_[joint_count() + drive_count() + c].at);
+  }
   bool axes_agree(const Evaluation& e, int joint) const;
   // Force and torque on body 2 (the node, where it attaches to one), in W.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
@@ -94,6 +107,7 @@ class System {
   int coordinate_index(int joint) const { return coordinate_index_[joint]; }
   double coordinate_value(const Evaluation& e, int c) const;  // angles in (-pi, pi]
   double coordinate_rate(const Evaluation& e, int c) const;
+  double coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const;
   void coordinate_values(const Evaluation& e, VectorXd& coordinates) const;
   // From all coordinates a time h [s] before to those now: angles take the turn nearest to what their rates predict.
   void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
@@ -107,8 +121,8 @@ class System {
   int force_index(int body) const { return 6 * body; }
 
   Evaluation make_evaluation() const;
-  Inputs make_inputs() const { return {input_size(), drive_count(), coordinate_count()}; }
-  InputSignal make_signal() const { return {input_size(), drive_count()}; }
+  Inputs make_inputs() const { return {input_size(), prescribed_count(), coordinate_count()}; }
+  InputSignal make_signal() const { return {input_size(), prescribed_count()}; }
 
   // 1. Kinematics, M, Phi, B and Phi' at (q, v) and what drives prescribe. All that follows uses them.
   void evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Evaluation& e) const;
@@ -175,13 +189,28 @@ class System {
     std::unique_ptr<Force> element;
     Attachment at;
   };
+  // One of the forces, and a block of M that these change: of a rigid body with itself, else between two bodies.
+  struct Armature {
+    const JointArmature* element;
+    int force;
+  };
+  struct ArmatureBlock {
+    int offset;
+    const RigidBody* body;
+  };
   struct AttachedCoordinate {
     JointCoordinate coordinate;
     Attachment at;
   };
-  // Rows for a frame at a node, and those for pose and modes that they make.
+  // Rows for a frame at a node, and those for pose and modes that they make. They are added to where other frames of
+  // the constraint have the same unknowns, as those of a body's own frame are then.
   struct PulledRows {
     int frame, equations, rows, pose, modes;
+    bool add_pose, add_modes;
+  };
+  // Rows of a constraint for a frame of the ground that moves.
+  struct MovingRows {
+    int moving, first, equations, rows;
   };
 
   // Set-up.
@@ -197,6 +226,15 @@ class System {
   const NodeFrameEvaluation& node_frame(const Evaluation& e, int frame) const {
     return e.node_frames[frame < body_count_ ? 0 : frame - body_count_];
   }
+  // What armatures have in M, r, K and C.
+  void add_armature_masses(Evaluation& e) const;
+  void add_armature_forces(const Evaluation& e, const VectorXd& vdot, VectorXd& r) const;
+  void linearize_armatures(const VectorXd& vdot, Evaluation& e) const;
+  JointArmature::Accelerations accelerations(const Evaluation& e, const Attachment& at, const VectorXd& vdot) const;
+  // Of v of a frame.
+  Vector6d frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const;
+  void move_frames(const Inputs& u, Evaluation& e) const;
+  void add_explicit_rates(Evaluation& e) const;
   void pull_back_rows(Evaluation& e) const;
   void pull_back_rates(Evaluation& e) const;
   void pull_back_forces(const Attachment& at, const Evaluation& e, VectorXd& r) const;
@@ -220,10 +258,15 @@ class System {
   std::vector<Rigid> rigid_;
   std::vector<Flexible> flexible_;
   std::vector<int> rigid_index_, flexible_index_;  // by body
-  std::vector<NodeFrame> node_frames_;             // the first one is none
+  std::vector<NodeFrame> node_frames_;             // the first ones are the ground and its frames that move
   std::vector<AttachedConstraint> constraints_;
   std::vector<PulledRows> pulled_rows_;
+  std::vector<MovingFrame> moving_frames_;
+  std::vector<MovingRows> moving_rows_;
+  std::vector<const Coupling*> couplings_;
   std::vector<AttachedForce> forces_;
+  std::vector<Armature> armatures_;
+  std::vector<ArmatureBlock> armature_blocks_;
   std::vector<AttachedCoordinate> coordinates_;
   std::vector<int> coordinate_index_;
   std::vector<const Joint*> joints_;

@@ -1,8 +1,11 @@
 // What a System is built from: unknowns, frames, elements, and where all their blocks are.
 #include <algorithm>
 #include <map>
+#include <set>
+#include <tuple>
 #include <utility>
 
+#include "model/dense.h"
 #include "multibody/bodies/rigid_body_inline.h"
 #include "multibody/constraints/drive.h"
 #include "multibody/forces/bearing.h"
@@ -10,11 +13,15 @@
 #include "multibody/forces/cloud_contact.h"
 #include "multibody/forces/drag.h"
 #include "multibody/forces/follower_force.h"
+#include "multibody/forces/joint_armature.h"
+#include "multibody/forces/joint_friction.h"
 #include "multibody/forces/joint_spring.h"
+#include "multibody/forces/joint_stop.h"
 #include "multibody/forces/line_spring.h"
 #include "multibody/forces/load.h"
 #include "multibody/forces/motor.h"
 #include "multibody/forces/plane_contact.h"
+#include "multibody/forces/rotation_motor.h"
 #include "multibody/forces/sphere_contact.h"
 #include "multibody/forces/spring_damper.h"
 #include "multibody/forces/table_spring.h"
@@ -22,6 +29,20 @@
 #include "multibody/system.h"
 
 namespace sigmafmu {
+namespace {
+
+// A thin rod gets a moment about its axis: a part 1e-9 of the others, which no result shows, and with which its block
+// of the mass matrix is regular.
+Matrix3d regular_inertia(const RigidBodyDef& body) {
+  constexpr double kNothing = 1e-12, kLeast = 1e-9;
+  const Matrix3d J = inertia_matrix(body);
+  const PrincipalAxes principal = principal_axes(J);
+  if (principal.values[0] > kNothing * principal.values[2]) return J;
+  const Vector3d axis = principal.axes.col(0);
+  return J + (kLeast * principal.values[2]) * (axis * axis.transpose());
+}
+
+}  // namespace
 
 class System::Builder {
  public:
@@ -30,9 +51,14 @@ class System::Builder {
   void build() {
     bodies();
     s_.input_size_ = kVelocitiesPerBody * s_.body_count_;
-    s_.node_frames_.push_back({kGround, -1, -1});
+    for (const MotionDef& motion : definition_.motions) {
+      const std::size_t before = definition_.drives.size() + definition_.couplings.size();
+      s_.moving_frames_.emplace_back(motion, s_.prescribed_count() + static_cast<int>(before));
+    }
+    s_.node_frames_.assign(1 + definition_.motions.size(), {kGround, -1, -1});
     for (const JointDef& joint : definition_.joints) this->joint(joint);
     for (const DriveDef& drive : definition_.drives) this->drive(drive);
+    for (const CouplingDef& coupling : definition_.couplings) this->coupling(coupling);
     for_each_force_list(definition_, [&](const char*, const auto& forces) {
       for (std::size_t i = 0; i < forces.size(); ++i) force(forces[i], static_cast<int>(i));
     });
@@ -50,7 +76,7 @@ class System::Builder {
       if (body.modal) {
         s_.flexible_.push_back({i, FlexibleBody(*body.modal)});
       } else {
-        s_.rigid_.push_back({i, {body.mass, inertia_matrix(body)}});
+        s_.rigid_.push_back({i, {body.mass, regular_inertia(body)}});
       }
     }
     for (const Flexible& flexible : s_.flexible_) {
@@ -65,8 +91,24 @@ class System::Builder {
       pair(modes, pose);
       pair(modes, modes);
     }
+    armature_blocks();
     s_.pattern_.inertia_pairs = static_cast<int>(s_.pattern_.pairs.size());
     s_.inertia_size_ = s_.blocks_size_;
+  }
+
+  // Blocks of M that armatures change; those of a flexible body with itself are written anew anyhow.
+  void armature_blocks() {
+    std::set<std::pair<int, int>> known;
+    for (const JointArmatureDef& d : definition_.joint_armatures) {
+      const int bodies[] = {definition_.joints[d.joint].body1, definition_.joints[d.joint].body2};
+      for (int i : bodies) {
+        for (int j : bodies) {
+          if (i == kGround || j == kGround || !known.emplace(i, j).second) continue;
+          const int offset = pair(i, j);
+          if (i != j || s_.rigid(i)) s_.armature_blocks_.push_back({offset, i == j ? s_.rigid(i) : nullptr});
+        }
+      }
+    }
   }
 
   void unknown(int body, bool pose, int positions, int velocities) {
@@ -88,7 +130,7 @@ class System::Builder {
 
   // The index in Evaluation::frames.
   int frame(int body, int node) {
-    if (body == kGround) return s_.body_count_;
+    if (body == kGround) return s_.body_count_ + 1 + node;  // the ground itself, then what moves
     if (node == kFloatingFrame) return body;
     const auto [found, is_new] = node_.try_emplace({body, node}, s_.body_count_ + s_.node_frames_.size());
     if (is_new) s_.node_frames_.push_back({body, s_.flexible_index_[body], node});
@@ -128,22 +170,36 @@ class System::Builder {
 
   int constraint(std::unique_ptr<Constraint> element, const std::vector<int>& frames) {
     const int c = s_.constraint_count(), m = element->equations();
-    Attachment at = attach(frames, element->couples_frames());
+    Attachment at = m > 0 ? attach(frames, element->couples_frames()) : Attachment{frames, false, {}, {}, {}, {}};
     const int rows = s_.rows_size_;
     s_.rows_size_ += 6 * m * at.count();
+    std::map<int, int> offset;  // of the rows for each unknown
+    const auto rows_for = [&](int unknown) {
+      const auto [found, is_new] = offset.try_emplace(unknown, s_.rows_size_);
+      if (is_new) {
+        s_.pattern_.incidences.push_back({c, unknown, s_.rows_size_});
+        s_.rows_size_ += m * s_.pattern_.unknowns[unknown].size;
+      }
+      return std::pair(found->second, !is_new);
+    };
     for (const auto& part : at.parts) {
       if (part.first > 0) continue;
       const int frame = at.frames[part.frame], of_frame = rows + 6 * m * part.frame;
-      if (frame <= s_.body_count_) {
+      if (frame < s_.body_count_ && offset.emplace(part.unknown, of_frame).second) {
         s_.pattern_.incidences.push_back({c, part.unknown, of_frame});
         continue;
       }
-      const int modal = s_.body_count_ + s_.flexible_index_[part.unknown], modes = s_.pattern_.unknowns[modal].size;
-      PulledRows pulled{frame, m, of_frame, s_.rows_size_, s_.rows_size_ + 6 * m};
-      s_.rows_size_ += (6 + modes) * m;
-      s_.pattern_.incidences.push_back({c, part.unknown, pulled.pose});
-      s_.pattern_.incidences.push_back({c, modal, pulled.modes});
+      const auto [pose, add_pose] = rows_for(part.unknown);
+      PulledRows pulled{frame, m, of_frame, pose, 0, add_pose, false};
+      if (frame > s_.body_count_) {
+        std::tie(pulled.modes, pulled.add_modes) = rows_for(s_.body_count_ + s_.flexible_index_[part.unknown]);
+      }
       s_.pulled_rows_.push_back(pulled);
+    }
+    for (int i = 0; i < at.count(); ++i) {
+      const int moving = at.frames[i] - s_.body_count_ - 1;
+      if (moving < 0 || moving >= static_cast<int>(s_.moving_frames_.size())) continue;
+      s_.moving_rows_.push_back({moving, s_.constraint_size_, m, rows + 6 * m * i});
     }
     s_.pattern_.constraint_sizes.push_back(m);
     s_.constraints_.push_back({std::move(element), std::move(at), s_.constraint_size_, rows});
@@ -158,7 +214,8 @@ class System::Builder {
   }
 
   void joint(const JointDef& d) {
-    auto element = std::make_unique<Joint>(d);
+    const double length = d.type == JointType::distance ? rod_length(definition_, d) : 0.0;
+    auto element = std::make_unique<Joint>(d, length);
     const std::vector<int> frames = {frame(d.body1, d.frame1.node), frame(d.body2, d.frame2.node)};
     s_.joints_.push_back(element.get());
     s_.coordinate_index_.push_back(s_.coordinate_count());
@@ -170,7 +227,23 @@ class System::Builder {
 
   void drive(const DriveDef& d) {
     const AttachedCoordinate& coordinate = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
-    constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++), coordinate.at.frames);
+    CubicTable table;
+    if (d.table) table = CubicTable(d.table->times, d.table->values, static_cast<int>(d.motion));
+    constraint(std::make_unique<Drive>(coordinate.coordinate, s_.drive_count_++, std::move(table)),
+               coordinate.at.frames);
+  }
+
+  void coupling(const CouplingDef& d) {
+    std::vector<Coupling::Term> terms;
+    std::vector<int> frames;
+    for (const CouplingDef::Term& term : d.terms) {
+      const int c = s_.coordinate_index_[term.joint] + term.coordinate;
+      terms.push_back({s_.coordinates_[c].coordinate, c, term.polynomial});
+      frames.insert(frames.end(), s_.coordinates_[c].at.frames.begin(), s_.coordinates_[c].at.frames.end());
+    }
+    auto element = std::make_unique<Coupling>(std::move(terms), s_.drive_count_ + s_.coupling_count());
+    s_.couplings_.push_back(element.get());
+    constraint(std::move(element), frames);
   }
 
   // Where an element attaches to.
@@ -196,10 +269,26 @@ class System::Builder {
   void force(const FollowerForceDef& d, int index) { force(std::make_unique<FollowerForce>(d, index), points_of(d)); }
   void force(const PlaneContactDef& d, int index) { force(std::make_unique<PlaneContact>(d, index), points_of(d)); }
   void force(const SphereContactDef& d, int index) { force(std::make_unique<SphereContact>(d, index), points_of(d)); }
-  void force(const JointSpringDef& d, int index) {
+  void force(const JointSpringDef& d, int index) { on_coordinate<JointSpring>(d, index); }
+  void force(const JointFrictionDef& d, int index) { on_coordinate<JointFriction>(d, index); }
+  void force(const JointStopDef& d, int index) { on_coordinate<JointStop>(d, index); }
+  void force(const JointArmatureDef& d, int index) {
+    const auto& [coordinate, at] = s_.coordinates_[s_.coordinate_index_[d.joint] + d.coordinate];
+    auto element = std::make_unique<JointArmature>(coordinate, index);
+    s_.armatures_.push_back({element.get(), s_.force_count()});
+    force(std::move(element), at.frames);
+  }
+  void force(const RotationMotorDef& d, int) {
+    const JointDef& joint = definition_.joints[d.joint];
+    force(std::make_unique<RotationMotor>(joint.frame1, joint.frame2),
+          {frame(joint.body1, joint.frame1.node), frame(joint.body2, joint.frame2.node)});
+  }
+
+  template <typename Element, typename Def>
+  void on_coordinate(const Def& d, int index) {
     const int c = s_.coordinate_index_[d.joint] + d.coordinate;
     const auto& [coordinate, at] = s_.coordinates_[c];
-    force(std::make_unique<JointSpring>(coordinate, c, index), at.frames);
+    force(std::make_unique<Element>(coordinate, c, index), at.frames);
   }
 
   System& s_;
@@ -222,6 +311,7 @@ Evaluation System::make_evaluation() const {
   for (VectorXd* x : {&e.B, &e.Z}) x->setZero(rows_size_);
   for (VectorXd* x : {&e.C, &e.K}) x->setZero(blocks_size_);
   e.M.setZero(inertia_size_);
+  e.moving_accelerations.assign(moving_frames_.size(), Vector6d::Zero());
   for (const auto& [i, body] : rigid_) {  // constant
     PairBlock<6, 6> M(e.M.data() + pattern_.pairs[i].offset);
     M.diagonal().head<3>().setConstant(body.mass);

@@ -197,27 +197,52 @@ def mass_matrix(definition: _core.Multibody) -> np.ndarray:
     return block_diag(*blocks)
 
 
-JOINT_TYPES = tuple(_core.JointType)
+Type = _core.JointType
+JOINT_TYPES = tuple(Type)
 
 
 def relative_pose(kind: _core.JointType, free: np.ndarray) -> np.ndarray:
     """Pose of frame 2 in frame 1 with the joint's free coordinates, and nothing else."""
     x, y, z = np.eye(3)
-    turn = Rotation.identity()
-    if kind == _core.JointType.spherical:
-        turn = Rotation.from_rotvec(free[:3])
-    elif kind == _core.JointType.revolute:
-        turn = Rotation.from_rotvec(free[0] * z)
-    elif kind == _core.JointType.universal:  # about y of frame 1, then about x of frame 2: y1 stays perpendicular to x2
-        turn = Rotation.from_rotvec(free[0] * y) * Rotation.from_rotvec(free[1] * x)
-    elif kind == _core.JointType.cylindrical:
-        return pose(free[1] * z, Rotation.from_rotvec(free[0] * z).as_matrix())
-    return pose(free[0] * z if kind == _core.JointType.prismatic else np.zeros(3), turn.as_matrix())
+    about_z = Rotation.from_rotvec(free[0] * z)
+    any_turn = Rotation.from_rotvec(np.array([1.3, -0.7, 0.4]) + free)
+    place, turn = {
+        Type.spherical: (0 * z, Rotation.from_rotvec(free[:3])),
+        Type.revolute: (0 * z, about_z),
+        # about y of frame 1, then about x of frame 2: y1 stays perpendicular to x2
+        Type.universal: (0 * z, Rotation.from_rotvec(free[0] * y) * Rotation.from_rotvec(free[1] * x)),
+        Type.prismatic: (free[0] * z, Rotation.identity()),
+        Type.fixed: (0 * z, Rotation.identity()),
+        Type.cylindrical: (free[1] * z, about_z),
+        Type.planar: (free[1] * x + free[2] * y, about_z),
+        Type.distance: (Rotation.from_rotvec(free).apply(LENGTH * x), any_turn),
+        Type.point_on_line: (free[0] * z, any_turn),
+        Type.free: (np.array(free), any_turn),
+    }[kind]
+    return pose(place, turn.as_matrix())
 
 
-COORDINATES = {_core.JointType.revolute: 1, _core.JointType.prismatic: 1, _core.JointType.cylindrical: 2}
-"""How many coordinates a joint has; other types have none."""
-EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4), strict=True))
+LENGTH = 0.8
+"""Of the distance joints of these tests [m]."""
+COORDINATES = {
+    Type.revolute: 1,
+    Type.universal: 2,
+    Type.prismatic: 1,
+    Type.cylindrical: 2,
+    Type.planar: 3,
+    Type.point_on_line: 1,
+    Type.free: 3,
+}
+"""How many coordinates a joint has, the first of the `free` ones of `relative_pose`; other types have none."""
+EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4, 3, 1, 2, 0), strict=True))
+
+
+def make_joint(name: str, kind: _core.JointType, *bodies_and_frames: Any) -> _core.Joint:
+    """A joint; those that keep a distance keep LENGTH."""
+    joint = _core.Joint(name, kind, *bodies_and_frames)
+    if kind == Type.distance:
+        joint.length = LENGTH
+    return joint
 
 
 @dataclass
@@ -249,7 +274,7 @@ def random_tree(rng: np.random.Generator, bodies: int = 3, *, joint_springs: boo
         tree.definition.add(random_body(rng, f"body{i}"))
     tree.q = coordinates(*(poses[i] for i in range(bodies)))
     for i, joint in enumerate(tree.joints):
-        tree.definition.add(_core.Joint(f"joint{i}", *joint))
+        tree.definition.add(make_joint(f"joint{i}", *joint))
     for i in range(3):
         one, two = (int(k) for k in rng.choice(range(-1, bodies), 2, replace=False))
         points, constants = rng.uniform(-0.5, 0.5, (2, 3)), rng.uniform(0, 20, (2, 3))

@@ -188,11 +188,11 @@ VALUES = {
         "hook.frame1.axes are (0, 2, 0), (-2, 0, 0), (0, 0, 2); they must be orthonormal and right-handed.",
     ),
     "angle of a ball": (
-        joint("hook", initial_coordinates=[0.5, np.nan]),
+        joint("hook", initial_coordinates=[0.5, np.nan, np.nan]),
         "hook has the initial value 0.5; joints of its type must not have one.",
     ),
     "infinite rate": (
-        joint("hook", kind=Type.prismatic, initial_rates=[np.inf, np.nan]),
+        joint("hook", kind=Type.prismatic, initial_rates=[np.inf, np.nan, np.nan]),
         "hook has the initial value inf; it must be finite.",
     ),
     "length of an axis": (

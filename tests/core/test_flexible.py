@@ -25,6 +25,7 @@ from .helpers import (
     derivative,
     frame_pose,
     jacobian,
+    make_joint,
     null_space,
     pose,
     property_test,
@@ -162,7 +163,7 @@ def test_a_body_without_modes_moves_as_the_rigid_body(seed):
         definition = _core.Multibody()
         definition.gravity = gravity
         definition.add(part)
-        definition.add(_core.Joint("joint", kind, GROUND, ground, 0, frame))
+        definition.add(make_joint("joint", kind, GROUND, ground, 0, frame))
         systems.append(_core.System(definition))
     placed = frame_pose(ground) @ relative_pose(kind, rng.uniform(-1, 1, 3)) @ np.linalg.inv(frame_pose(at))
     turn = placed[:3, :3]
@@ -180,7 +181,7 @@ def test_a_body_without_modes_moves_as_the_rigid_body(seed):
     expected, their_multipliers = systems[1].accelerations(q_rigid, v_rigid, inputs_rigid)
     w, wdot = v[3:], vdot[3:]
     moved = vdot[:3] + turn @ (np.cross(wdot, centre) + np.cross(w, np.cross(w, centre)))
-    scale = 1 + np.abs(multipliers).max()
+    scale = 1 + np.abs(multipliers).max(initial=0)
     assert_close(np.concatenate([moved, wdot]), expected, 1e-11, scale)
     assert_close(multipliers, their_multipliers, 1e-11, scale)
     assert_close(systems[0].energy(q, v), systems[1].energy(q_rigid, v_rigid), 64 * EPS, 10.0)
@@ -275,7 +276,7 @@ def random_tree(rng, kinds, flexible):
         if rng.random() < 0.5:  # the other way round
             joint = (i, two, parent, one)
             poses[i] = poses[parent] @ place1 @ np.linalg.inv(relative) @ np.linalg.inv(place2)
-        tree.definition.add(_core.Joint(f"joint{i}", kind, *joint))
+        tree.definition.add(make_joint(f"joint{i}", kind, *joint))
     tree.q = np.concatenate([coordinates(*(poses[i] for i in range(count))), *zetas.values()])
     for i in range(3):
         ends = []
@@ -322,6 +323,23 @@ def test_derivatives_of_constraints_at_nodes(kind, seed):
     assert_close(rate, gradient @ v, 32 * EPS)
     second = second_derivative(lambda t: system.constraints(system.compose(q, t * v + 0.5 * t * t * vdot), v)[0])
     assert_close(gradient @ vdot + rate_gradient @ v, second, 1e-9)
+
+
+@pytest.mark.parametrize("kind", COORDINATES, ids=lambda t: t.name)
+@property_test(10, seed=seeds)
+def test_accelerations_of_coordinates_at_nodes(kind, seed):
+    """Derivatives of their rates along a motion with these accelerations."""
+    rng, tree = make_tree(seed, kind)
+    system = tree.system()
+    v, vdot = rng.uniform(-1, 1, (2, system.velocity_size))
+    for joint in range(3):
+        for k in range(COORDINATES[kind]):
+            expected = derivative(
+                lambda t, at=(joint, k): system.coordinate(
+                    system.compose(tree.q, t * v + 0.5 * t * t * vdot), v + t * vdot, *at
+                )[1]
+            )
+            assert_close(system.coordinate_acceleration(tree.q, v, vdot, joint, k), expected, DIFFERENCES)
 
 
 @pytest.mark.parametrize("kind", JOINT_TYPES, ids=lambda t: t.name)

@@ -86,12 +86,13 @@ def test_a_cylindrical_joint_swings_about_and_along_its_axis():
 
 def test_variables_of_a_cylindrical_joint():
     names = [name for name in _core.Slave(wheel(Type.cylindrical)).names if name.startswith("axle.")]
-    of_angle = "angle angularRate motorTorque power initialAngle initialAngularRate springTorque stiffness damping rest"
-    of_displacement = "displacement rate actuatorForce displacementPower initialDisplacement initialRate"
-    second = "displacementSpringForce displacementStiffness displacementDamping displacementRest "
-    second += "springEnergy springPower displacementSpringEnergy displacementSpringPower"
+    of_angle = "angle angularRate angularAcceleration motorTorque power initialAngle initialAngularRate"
+    of_spring = "springTorque springEnergy springPower stiffness damping rest"
+    of_displacement = "displacement rate acceleration actuatorForce displacementPower initialDisplacement initialRate"
+    second = "displacementSpringForce displacementSpringEnergy displacementSpringPower "
+    second += "displacementStiffness displacementDamping displacementRest"
     vectors = [f"{vector}[{i}]" for vector in ("reactionForce", "reactionTorque") for i in (1, 2, 3)]
-    expected = [*of_angle.split(), *of_displacement.split(), *second.split(), *vectors]
+    expected = [*of_angle.split(), *of_spring.split(), *of_displacement.split(), *second.split(), *vectors]
     assert sorted(names) == sorted(f"axle.{name}" for name in expected)
 
 

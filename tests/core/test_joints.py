@@ -16,11 +16,14 @@ from .helpers import (
     EQUATIONS,
     GROUND,
     JOINT_TYPES,
+    LENGTH,
     assert_close,
     coordinates,
     derivative,
     frame_pose,
     jacobian,
+    make_joint,
+    null_space,
     property_test,
     random_body,
     random_coordinates,
@@ -96,7 +99,7 @@ def make(kind, pair, seed):
     if GROUND not in pair:
         definition.add(random_body(rng, "two"))
     frames = random_frame(rng), random_frame(rng)
-    definition.add(_core.Joint("joint", kind, pair[0], frames[0], pair[1], frames[1]))
+    definition.add(make_joint("joint", kind, pair[0], frames[0], pair[1], frames[1]))
     return Case(kind, pair, frames, _core.System(definition), rng)
 
 
@@ -185,7 +188,8 @@ def test_assembled_joint_satisfies_its_equations(kind, pair, seed, free):
     """Any finite free motion: e.g. a revolute joint turned about its z axis."""
     case = make(kind, pair, seed)
     q = case.assembled(relative_pose(kind, free))
-    assert np.abs(case.system.constraints(q, np.zeros(6 * case.bodies))[0]).max() <= ROUNDING
+    phi = case.system.constraints(q, np.zeros(6 * case.bodies))[0]
+    assert_close(phi, np.zeros(EQUATIONS[kind]), ROUNDING)
 
 
 def free_motions(case, q):
@@ -193,13 +197,18 @@ def free_motions(case, q):
     one, two = case.axes(q, 0), case.axes(q, 1)
     at = case.origin(q, 1)
     zero = np.zeros(3)
+    turns = [(zero, X), (zero, Y), (zero, Z)]
     free = {
-        Type.spherical: [(zero, X), (zero, Y), (zero, Z)],
+        Type.spherical: turns,
         Type.revolute: [(zero, one[:, 2])],
         Type.universal: [(zero, one[:, 1]), (zero, two[:, 0])],
         Type.prismatic: [(one[:, 2], zero)],
         Type.fixed: [],
         Type.cylindrical: [(zero, one[:, 2]), (one[:, 2], zero)],
+        Type.planar: [(zero, one[:, 2]), (one[:, 0], zero), (one[:, 1], zero)],
+        Type.distance: [*turns, *((e, zero) for e in null_space([at - case.origin(q, 0)]).T)],
+        Type.point_on_line: [*turns, (one[:, 2], zero)],
+        Type.free: [*turns, (X, zero), (Y, zero), (Z, zero)],
     }[case.type]
     moving = case.pair[1] if case.pair[1] != GROUND else case.pair[0]
     relative = [case.twist(q, moving, velocity, angular, at) for velocity, angular in free]
@@ -221,16 +230,14 @@ def test_free_motions_are_those_of_the_joint_and_no_others(kind, pair, seed, fre
     motions = free_motions(case, q)
     assert len(motions) == 6 * case.bodies - EQUATIONS[kind]
     assert_close(gradient @ motions.T, np.zeros((EQUATIONS[kind], len(motions))), ROUNDING)
-    singular_values = np.linalg.svd(gradient, compute_uv=False)
-    assert singular_values.min() > 0.1  # the equations are independent
+    assert min(np.linalg.svd(gradient, compute_uv=False), default=1) > 0.1  # the equations are independent
     # y1 and x2, the axes of the cross, are perpendicular: the free motions are independent as well
     assert np.linalg.matrix_rank(motions) == len(motions)
 
 
 # --- coordinate and motor --------------------------------------------------------------------------------------------
 
-MEASURED = (Type.revolute, Type.prismatic, Type.cylindrical)
-every_measured_joint = pytest.mark.parametrize("kind", MEASURED, ids=lambda t: t.name)
+every_measured_joint = pytest.mark.parametrize("kind", COORDINATES, ids=lambda t: t.name)
 
 
 @every_measured_joint
@@ -238,9 +245,10 @@ every_measured_joint = pytest.mark.parametrize("kind", MEASURED, ids=lambda t: t
 @property_test(50, seed=seeds, value=st.one_of(st.sampled_from([0.0, 3.14159, -3.14159]), st.floats(-3.14, 3.14)))
 def test_coordinate_is_angle_or_displacement(kind, pair, seed, value):
     case = make(kind, pair, seed)
-    q = case.assembled(relative_pose(kind, (value, 0.5 * value, 0)))
+    expected = np.array([value, 0.5 * value, -0.7 * value])
+    q = case.assembled(relative_pose(kind, expected))
     found = [case.system.coordinate(q, np.zeros(6 * case.bodies), 0, k)[0] for k in range(COORDINATES[kind])]
-    assert found == pytest.approx([value, 0.5 * value][: COORDINATES[kind]], abs=ROUNDING)
+    assert found == pytest.approx(expected[: COORDINATES[kind]], abs=ROUNDING)
 
 
 def moving(case, free):
@@ -257,10 +265,24 @@ def test_coordinate_rate(kind, pair, seed, value):
     """Against the difference of the coordinate along a motion that the joint allows."""
     case = make(kind, pair, seed)
     q, v = moving(case, (value, 0, 0))
-    assert np.abs(case.system.constraints(q, v)[1]).max() <= ROUNDING
+    assert_close(case.system.constraints(q, v)[1], np.zeros(EQUATIONS[kind]), ROUNDING)
     for k in range(COORDINATES[kind]):
         expected = derivative(lambda t, k=k: case.system.coordinate(case.system.compose(q, t * v), v, 0, k)[0])
         assert_close(case.system.coordinate(q, v, 0, k)[1], expected, DIFFERENCES)
+
+
+@every_measured_joint
+@every_pair
+@property_test(25, seed=seeds)
+def test_coordinate_acceleration(kind, pair, seed):
+    """The derivative of the rate along a motion with these accelerations, anywhere."""
+    case = make(kind, pair, seed)
+    system, q, v, vdot = case.system, random_coordinates(case.rng, case.bodies), case.motion(), case.motion()
+    for k in range(COORDINATES[kind]):
+        expected = derivative(
+            lambda t, k=k: system.coordinate(system.compose(q, t * v + 0.5 * t * t * vdot), v + t * vdot, 0, k)[1]
+        )
+        assert_close(system.coordinate_acceleration(q, v, vdot, 0, k), expected, DIFFERENCES)
 
 
 @every_pair
@@ -293,7 +315,7 @@ def test_motor_power_is_force_times_rate(kind, pair, seed, value):
 @every_joint
 def test_every_coordinate_has_a_motor(kind):
     system = make(kind, (GROUND, 0), 1).system
-    assert [system.motor_index(0, k) >= 0 for k in range(2)] == [k < COORDINATES.get(kind, 0) for k in range(2)]
+    assert [system.motor_index(0, k) >= 0 for k in range(3)] == [k < COORDINATES.get(kind, 0) for k in range(3)]
     assert system.input_size == 6 + COORDINATES.get(kind, 0)
 
 
@@ -330,6 +352,16 @@ def test_reaction_is_the_force_on_body_2_and_does_no_work(kind, pair, seed, free
         assert_close(force @ one[:, 2], 0.0, ROUNDING, scale=10)
     if kind == Type.cylindrical:
         assert_close([force @ one[:, 2], torque @ one[:, 2]], np.zeros(2), ROUNDING, scale=10)
+    if kind == Type.planar:
+        assert_close([*(force @ one[:, :2]), torque @ one[:, 2]], np.zeros(3), ROUNDING, scale=10)
+    if kind == Type.distance:
+        rod = case.origin(q, 1) - case.origin(q, 0)
+        assert_close([*np.cross(force, rod), *torque], np.zeros(6), ROUNDING, scale=10)
+        assert_close(multipliers[0], -force @ rod / LENGTH, ROUNDING, scale=10)  # that of a rod under tension
+    if kind == Type.point_on_line:
+        assert_close([force @ one[:, 2], *torque], np.zeros(4), ROUNDING, scale=10)
+    if kind == Type.free:
+        assert_close([*force, *torque], np.zeros(6), ROUNDING)
 
 
 # --- frames ----------------------------------------------------------------------------------------------------------

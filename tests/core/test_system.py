@@ -389,6 +389,7 @@ SCALED = _core.Frame(np.zeros(3), 1.001 * np.eye(3))
 SKEW = _core.Frame(np.zeros(3), np.array([[1.0, 1e-6, 0], [0, 1, 0], [0, 0, 1]]))
 NOT_FINITE = _core.Frame(np.zeros(3), np.full((3, 3), np.nan))
 INERTIA = "bob.inertia has the principal moments "
+POSITIVE = "they must be positive, or one of them zero (a thin rod)."
 ORTHONORMAL = "; they must be orthonormal and right-handed."
 
 REFUSED = {
@@ -398,9 +399,9 @@ REFUSED = {
     "infinite mass": (with_body(mass=np.inf), "bob.mass is inf kg; it must be positive and finite."),
     "negative inertia": (
         with_body(inertia=[1.0, -2.0, 1.0]),
-        INERTIA + "-2, 1, 1 kg.m2; all must be positive.",
+        INERTIA + "-2, 1, 1 kg.m2; " + POSITIVE,
     ),
-    "no inertia": (with_body(inertia=[0.0, 1.0, 1.0]), INERTIA + "0, 1, 1 kg.m2; all must be positive."),
+    "no inertia": (with_body(inertia=[0.0, 0.0, 0.0]), INERTIA + "0, 0, 0 kg.m2; " + POSITIVE),
     "inertia nan": (with_body(inertia=[1.0, np.nan, 1.0]), "bob.inertia.yy is nan kg.m2; it must be finite."),
     "infinite product of inertia": (
         with_body(inertia_products=[0.0, -np.inf, 0.0]),
@@ -408,7 +409,7 @@ REFUSED = {
     ),
     "not positive definite": (
         with_body(inertia_products=[0.0, 0.0, 2.0]),
-        INERTIA + "-1, 1, 3 kg.m2; all must be positive.",
+        INERTIA + "-1, 1, 3 kg.m2; " + POSITIVE,
     ),
     "triangle inequality": (
         with_body(inertia=[1.0, 2.0, 3.5]),

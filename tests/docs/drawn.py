@@ -2,7 +2,19 @@
 
 import numpy as np
 
-TYPES = ("spherical", "revolute", "universal", "prismatic", "fixed", "cylindrical", "planar", "distance", "ratchet")
+TYPES = (
+    "spherical",
+    "revolute",
+    "universal",
+    "prismatic",
+    "fixed",
+    "cylindrical",
+    "planar",
+    "distance",
+    "point_on_line",
+    "free",
+    "ratchet",
+)
 """The last is none that there is."""
 
 
@@ -43,7 +55,7 @@ def random_tree(seed, count=12):
         R, axes = rotation(q), rotation(np.array([0.8, 0.0, 0.6, 0.0]))
         kind = TYPES[i % len(TYPES)]
         point1, point2 = random.normal(size=3) * 0.25, random.normal(size=3) * 0.25
-        gap = {"prismatic": 0.2, "cylindrical": -0.2, "distance": 0.3}.get(kind, 0.0)
+        gap = {"prismatic": 0.2, "cylindrical": -0.2, "distance": 0.3, "point_on_line": 0.2, "free": 0.3}.get(kind, 0.0)
         place = places[parent] + turns[parent] @ (point1 + gap * axes[:, 2]) - R @ point2
         inertia = np.sort(random.uniform(0.005, 0.02, 3)) + 0.003
         name = f"body{i + 1}"

@@ -35,21 +35,24 @@ from .helpers import (
 
 # --- what must be there ----------------------------------------------------------------------------------------------
 
+ANGLE = {
+    "angle": ("output", "rad"),
+    "angularRate": ("output", "rad/s"),
+    "angularAcceleration": ("output", "rad/s2"),
+    "power": ("output", "W"),
+    "motorTorque": ("input", "N.m"),
+    "initialAngle": ("parameter", "rad"),
+    "initialAngularRate": ("parameter", "rad/s"),
+}
 JOINT_COORDINATE = {
     "spherical": {},
-    "universal": {},
+    "universal": {f"{name}{number}": what for number in (1, 2) for name, what in ANGLE.items()},
     "fixed": {},
-    "revolute": {
-        "angle": ("output", "rad"),
-        "angularRate": ("output", "rad/s"),
-        "power": ("output", "W"),
-        "motorTorque": ("input", "N.m"),
-        "initialAngle": ("parameter", "rad"),
-        "initialAngularRate": ("parameter", "rad/s"),
-    },
+    "revolute": ANGLE,
     "prismatic": {
         "displacement": ("output", "m"),
         "rate": ("output", "m/s"),
+        "acceleration": ("output", "m/s2"),
         "power": ("output", "W"),
         "actuatorForce": ("input", "N"),
         "initialDisplacement": ("parameter", "m"),
@@ -58,8 +61,11 @@ JOINT_COORDINATE = {
 }
 
 JOINT_STARTS = {  # coordinate and rate; else 0
-    "crankPivot": (0.0, 6.0),
-    "guide": (0.2, 0.24),
+    "crankPivot.": (0.0, 6.0),
+    "guide.": (0.2, 0.24),
+    # about y of the rod, (0, 2, -1)/sqrt(5), then about W x; the rod turns with (1.92, -0.96, 0.48)
+    "wristPin.1": (-math.atan2(math.sqrt(5), 2), 2.4 / math.sqrt(5)),
+    "wristPin.2": (math.atan2(1, 2), -1.92),
 }
 
 
@@ -285,7 +291,9 @@ def expected_rows(mechanism: Mechanism) -> dict[str, Row]:
         add(f"{joint}.reactionTorque", 3, "output", "N.m")
         for name, (causality, unit) in JOINT_COORDINATE[kind].items():
             if causality == "parameter":
-                add(f"{joint}.{name}", 0, causality, unit, "fixed", JOINT_STARTS.get(joint, (0.0, 0.0))["Rate" in name])
+                number = name[-1] if name[-1].isdigit() else ""
+                start = JOINT_STARTS.get(f"{joint}.{number}", (0.0, 0.0))["Rate" in name]
+                add(f"{joint}.{name}", 0, causality, unit, "fixed", start, 1e-12)  # given with 12 digits
             else:
                 add(f"{joint}.{name}", 0, causality, unit, start=0.0 if causality == "input" else None)
     for spring, numbers in mechanism.springs.items():

@@ -149,7 +149,7 @@ MISFITS = {
     "not positive definite": Misfit(
         "HeavyTop",
         {"top.inertia.xz": 0.5},
-        ("top.inertia has the principal moments -0.26", "kg.m2; all must be positive."),
+        ("top.inertia has the principal moments -0.26", "kg.m2; they must be positive, or one of them zero"),
     ),
     "quaternion without direction": Misfit(
         "SliderCrank",

@@ -290,10 +290,11 @@ def test_a_long_list_is_cut(new):
     instance = new("SliderCrank").start({"crankPivot.initialAngularRate": 10.0})
     (message,) = instance.messages
     assert message.text.startswith(
-        "Initial values gave way to those that were set: guide.initialRate 0.24 -> 0.4 m/s, "
-        "crank.initialVelocity (0, -0.24, 0) -> (0, -0.4, 0) m/s, "
+        "Initial values gave way to those that were set: wristPin.initialAngularRate1 1.07331 -> 1.78885 rad/s, "
+        "wristPin.initialAngularRate2 -1.92 -> -3.2 rad/s, guide.initialRate 0.24 -> 0.4 m/s, "
+        "crank.initialVelocity (0, -0.24, 0) -> (0, -0.4, 0) m/s"
     )
-    assert message.text.endswith(" and 2 more.")
+    assert message.text.endswith(" and 4 more.")
 
 
 def test_nothing_is_told_where_nothing_gave_way(new):

@@ -74,7 +74,7 @@ def power(instance: Instance) -> float:
         total += instance.get(f"{body}.force") @ instance.get(f"{body}.velocity")
         total += instance.get(f"{body}.torque") @ instance.get(f"{body}.angularVelocity")
     for name in inputs(instance.fmu):
-        if name.endswith(".motorTorque"):
+        if ".motorTorque" in name:
             total += instance.get(name) * instance.get(name.replace("motorTorque", "angularRate"))
         elif name.endswith(".actuatorForce"):
             total += instance.get(name) * instance.get(name.replace("actuatorForce", "rate"))

@@ -50,7 +50,11 @@ void bind_definitions(nb::module_& m) {
       .value("universal", JointType::universal)
       .value("prismatic", JointType::prismatic)
       .value("fixed", JointType::fixed)
-      .value("cylindrical", JointType::cylindrical);
+      .value("cylindrical", JointType::cylindrical)
+      .value("planar", JointType::planar)
+      .value("distance", JointType::distance)
+      .value("point_on_line", JointType::point_on_line)
+      .value("free", JointType::free);
   using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
   const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -102,8 +106,11 @@ void bind_definitions(nb::module_& m) {
       .def(
           "__init__",
           [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
-             const Frame& frame2) { new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2}; },
-          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a)
+             const Frame& frame2, double length) {
+            new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2};
+            j->length = length;
+          },
+          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "length"_a = JointDef::kNotSet)
       .def_rw("name", &JointDef::name)
       .def_rw("type", &JointDef::type)
       .def_ro("body1", &JointDef::body1)
@@ -111,7 +118,10 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body2", &JointDef::body2)
       .def_ro("frame2", &JointDef::frame2)
       .def_rw("initial_coordinates", &JointDef::initial_coordinates, "Of each of its coordinates; nan: not set.")
-      .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set");
+      .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set")
+      .def_rw("length", &JointDef::length, "Of a distance joint [m]; nan: what it is at the start.")
+      .def("word", &JointDef::word, "coordinate"_a, "of_angle"_a, "of_displacement"_a,
+           "What a variable of one of its coordinates is called.");
   nb::class_<SpringDamperDef>(m, "SpringDamper")
       .def(
           "__init__",
@@ -142,34 +152,124 @@ void bind_definitions(nb::module_& m) {
       .def_ro("body", &LoadDef::body)
       .def_ro("force", &LoadDef::force)
       .def_ro("torque", &LoadDef::torque);
-  nb::class_<JointSpringDef>(m, "JointSpring", "Spring and damper on a joint's coordinate.")
+  nb::class_<OnCoordinate>(m, "OnCoordinate", "What acts along a joint's coordinate.")
+      .def_ro("joint", &OnCoordinate::joint)
+      .def_ro("coordinate", &OnCoordinate::coordinate);
+  nb::class_<JointSpringDef, OnCoordinate>(m, "JointSpring", "Spring and damper on a joint's coordinate.")
       .def(
           "__init__",
           [](JointSpringDef* s, int joint, double stiffness, double damping, double rest, int coordinate) {
-            new (s) JointSpringDef{joint, coordinate, stiffness, damping, rest};
+            new (s) JointSpringDef{{joint, coordinate}, stiffness, damping, rest};
           },
           "joint"_a, "stiffness"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0, "coordinate"_a = 0)
-      .def_ro("joint", &JointSpringDef::joint)
-      .def_ro("coordinate", &JointSpringDef::coordinate)
       .def_rw("stiffness", &JointSpringDef::stiffness)
       .def_rw("damping", &JointSpringDef::damping)
       .def_rw("rest", &JointSpringDef::rest);
+  nb::class_<JointFrictionDef, OnCoordinate>(m, "JointFriction", "Smooth friction on a joint's coordinate.")
+      .def(
+          "__init__",
+          [](JointFrictionDef* f, int joint, double friction, double stribeck_friction, double stribeck_rate,
+             double viscous_friction, double creep_rate, int coordinate) {
+            new (f) JointFrictionDef{{joint, coordinate}, friction,         stribeck_friction,
+                                     stribeck_rate,       viscous_friction, creep_rate};
+          },
+          "joint"_a, "friction"_a = 0.0, "stribeck_friction"_a = 0.0, "stribeck_rate"_a = 0.1,
+          "viscous_friction"_a = 0.0, "creep_rate"_a = 1e-3, "coordinate"_a = 0)
+      .def_rw("friction", &JointFrictionDef::friction)
+      .def_rw("stribeck_friction", &JointFrictionDef::stribeck_friction)
+      .def_rw("stribeck_rate", &JointFrictionDef::stribeck_rate)
+      .def_rw("viscous_friction", &JointFrictionDef::viscous_friction)
+      .def_rw("creep_rate", &JointFrictionDef::creep_rate);
+  nb::class_<JointStopDef, OnCoordinate>(m, "JointStop", "Stops at both ends of a joint coordinate's range.")
+      .def(
+          "__init__",
+          [](JointStopDef* s, int joint, double lower, double upper, double stiffness, double damping, double depth,
+             int coordinate) { new (s) JointStopDef{{joint, coordinate}, lower, upper, stiffness, damping, depth}; },
+          "joint"_a, "lower"_a = -1e9, "upper"_a = 1e9, "stiffness"_a = 0.0, "damping"_a = 0.0, "depth"_a = 1e-3,
+          "coordinate"_a = 0)
+      .def_rw("lower", &JointStopDef::lower)
+      .def_rw("upper", &JointStopDef::upper)
+      .def_rw("stiffness", &JointStopDef::stiffness)
+      .def_rw("damping", &JointStopDef::damping)
+      .def_rw("depth", &JointStopDef::depth);
+  nb::class_<JointArmatureDef, OnCoordinate>(m, "JointArmature", "Inertia that moves with a joint's coordinate.")
+      .def(
+          "__init__",
+          [](JointArmatureDef* a, int joint, double armature, int coordinate) {
+            new (a) JointArmatureDef{{joint, coordinate}, armature};
+          },
+          "joint"_a, "armature"_a, "coordinate"_a = 0)
+      .def_rw("armature", &JointArmatureDef::armature);
+  nb::class_<RotationMotorDef>(m, "RotationMotor", "Torque in a joint that lets its bodies turn any way.")
+      .def(
+          "__init__", [](RotationMotorDef* r, int joint) { new (r) RotationMotorDef{joint}; }, "joint"_a)
+      .def_ro("joint", &RotationMotorDef::joint);
   bind_elements(m);
   nb::enum_<DriveDef::Motion>(m, "Motion")
       .value("position", DriveDef::Motion::position)
       .value("rate", DriveDef::Motion::rate)
       .value("acceleration", DriveDef::Motion::acceleration);
+  nb::class_<TableDef>(m, "Table", "Points of a function of time: a natural cubic spline.")
+      .def(
+          "__init__",
+          [](TableDef* t, std::vector<double> times, std::vector<double> values) {
+            new (t) TableDef{std::move(times), std::move(values)};
+          },
+          "times"_a, "values"_a)
+      .def_ro("times", &TableDef::times)
+      .def_ro("values", &TableDef::values);
   nb::class_<DriveDef>(m, "Drive", "Prescribes a joint's coordinate.")
       .def(
           "__init__",
-          [](DriveDef* d, int joint, DriveDef::Motion motion, double value, int coordinate) {
-            new (d) DriveDef{joint, coordinate, motion, value};
+          [](DriveDef* d, int joint, DriveDef::Motion motion, double value, int coordinate, bool input,
+             std::optional<TableDef> table) {
+            new (d) DriveDef{joint, coordinate, motion, value, input, std::move(table)};
           },
-          "joint"_a, "motion"_a, "value"_a, "coordinate"_a = 0)
+          "joint"_a, "motion"_a, "value"_a = 0.0, "coordinate"_a = 0, "input"_a = false, "table"_a = nb::none())
       .def_ro("joint", &DriveDef::joint)
       .def_ro("coordinate", &DriveDef::coordinate)
       .def_ro("motion", &DriveDef::motion)
+      .def_ro("input", &DriveDef::input)
+      .def_ro("table", &DriveDef::table)
       .def_rw("value", &DriveDef::value);
+  nb::class_<MotionDef>(m, "FrameMotion", "A frame of the ground that moves: node `index` of the ground.")
+      .def(
+          "__init__",
+          [](MotionDef* d, std::string name, const Vector3d& position, const Matrix3d& axes, bool input,
+             std::array<std::optional<TableDef>, 6> tables) {
+            new (d) MotionDef{std::move(name), position, axes, input, std::move(tables)};
+          },
+          "name"_a, "position"_a = Vector3d(0, 0, 0), "axes"_a = Matrix3d(Matrix3d::Identity()), "input"_a = false,
+          "tables"_a = std::array<std::optional<TableDef>, 6>{})
+      .def_ro("name", &MotionDef::name)
+      .def_ro("position", &MotionDef::position)
+      .def_ro("axes", &MotionDef::axes)
+      .def_ro("input", &MotionDef::input)
+      .def_ro("tables", &MotionDef::tables);
+  nb::class_<CouplingDef::Term>(m, "CouplingTerm")
+      .def(
+          "__init__",
+          [](CouplingDef::Term* t, int joint, std::vector<double> polynomial, int coordinate) {
+            new (t) CouplingDef::Term{joint, coordinate, std::move(polynomial)};
+          },
+          "joint"_a, "polynomial"_a, "coordinate"_a = 0)
+      .def_ro("joint", &CouplingDef::Term::joint)
+      .def_ro("coordinate", &CouplingDef::Term::coordinate)
+      .def_ro("polynomial", &CouplingDef::Term::polynomial);
+  nb::class_<CouplingDef>(m, "Coupling", "An equation between coordinates of joints: sum p_i(x_i) = offset.")
+      .def(
+          "__init__",
+          [](CouplingDef* c, std::string name, std::vector<CouplingDef::Term> terms, double offset) {
+            new (c) CouplingDef{std::move(name), std::move(terms), offset};
+          },
+          "name"_a, "terms"_a, "offset"_a = CouplingDef::kNotSet)
+      .def_ro("name", &CouplingDef::name)
+      .def_ro("terms", &CouplingDef::terms)
+      .def_ro("offset", &CouplingDef::offset, "nan: what the sum is at the start.");
+  m.def("gear", &gear, "name"_a, "first"_a, "second"_a, "ratio"_a);
+  m.def("rack_and_pinion", &rack_and_pinion, "name"_a, "pinion"_a, "rack"_a, "radius"_a);
+  m.def("differential", &differential, "name"_a, "carrier"_a, "left"_a, "right"_a);
+  m.def("mimic", &mimic, "name"_a, "follower"_a, "leader"_a, "polynomial"_a);
   nb::class_<StationDef>(m, "Station", "A point of a flexible body whose place is an output.")
       .def(
           "__init__",
@@ -191,7 +291,13 @@ void bind_definitions(nb::module_& m) {
       .def_ro("spring_dampers", &MultibodyDef::spring_dampers)
       .def_ro("loads", &MultibodyDef::loads)
       .def_ro("joint_springs", &MultibodyDef::joint_springs)
+      .def_ro("joint_frictions", &MultibodyDef::joint_frictions)
+      .def_ro("joint_stops", &MultibodyDef::joint_stops)
+      .def_ro("joint_armatures", &MultibodyDef::joint_armatures)
+      .def_ro("rotation_motors", &MultibodyDef::rotation_motors)
       .def_ro("drives", &MultibodyDef::drives)
+      .def_ro("couplings", &MultibodyDef::couplings)
+      .def_ro("motions", &MultibodyDef::motions)
       .def(
           "body", [](MultibodyDef& d, int i) -> RigidBodyDef& { return d.bodies.at(i); },
           nb::rv_policy::reference_internal, "index"_a, "The body itself, to be changed in place.")
@@ -200,7 +306,13 @@ void bind_definitions(nb::module_& m) {
       .def("add", nb::overload_cast<SpringDamperDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<LoadDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<JointSpringDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointFrictionDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointStopDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<JointArmatureDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<RotationMotorDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<DriveDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<CouplingDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<MotionDef>(&MultibodyDef::add))
       .def("validate", [](const MultibodyDef& d) { validate(d); });
   nb::class_<IntegratorSettings>(m, "IntegratorSettings")
       .def_rw("step_size", &IntegratorSettings::step_size)

@@ -31,7 +31,7 @@ struct PyOutputs {
         e(system.make_evaluation()) {
     for (const Port& v : make_variables(m, system).list) {
       if (v.output && !v.integer) variables.push_back(v);
-      if (v.input >= 0) inputs.push_back(v.name);
+      if (v.is_input()) inputs.push_back(v.name);
     }
   }
   VectorXd values(const VectorXd& q, const VectorXd& v, const VectorXd& u, const std::optional<VectorXd>& turned) {

@@ -26,9 +26,10 @@ struct PySimulation {
         integrator(system, mechanism.integrator, plans),
         state(integrator.make_state()),
         input(system.make_signal()) {
-    start_drives(mechanism.multibody, system, input);
+    start_prescribed(mechanism.multibody, system, input);
     assemble(mechanism.multibody, system, solver, state.q, state.v);
     state.turned = coordinates_at_start(mechanism.multibody, system, state.q);
+    mesh_couplings(mechanism.multibody, state.turned, input);
     start();
   }
   void start() {
@@ -71,6 +72,7 @@ struct PySimulation {
     VectorXd vdot_before, vdot_after, lambda;
     input.value(state.elapsed, state.turned, before);
     state.elapsed = state.time - t0;
+    input.start = before.time - state.elapsed;
     input.derivative[0] = u0;
     input.derivative[1] = u1;
     input.drive[0] = before.x - state.elapsed * before.xdot + (0.5 * state.elapsed * state.elapsed) * before.xddot;

@@ -42,6 +42,17 @@ struct PySlave final : Listener {
     const auto [r, integer] = reference(name);
     slave.set(&r, 1, integer, &value);
   }
+  void set_input_derivative(const std::string& name, int order, double value) {
+    const unsigned r = reference(name).first;
+    slave.set_input_derivatives(&r, 1, &order, &value);
+  }
+  double directional_derivative(const std::string& output, const std::string& input) {
+    const unsigned of = reference(output).first, by = reference(input).first;
+    const double direction = 1.0;
+    double result;
+    slave.directional_derivative(&of, 1, &by, 1, &direction, &result);
+    return result;
+  }
   std::vector<double> outputs() {
     std::vector<double> values;
     for (const Port& v : slave.variables()) {
@@ -77,6 +88,8 @@ void bind_slave(nb::module_& m) {
       .def_ro("messages", &PySlave::messages, "Warnings and events so far.")
       .def("get", &PySlave::get, "name"_a)
       .def("set", &PySlave::set, "name"_a, "value"_a)
+      .def("set_input_derivative", &PySlave::set_input_derivative, "name"_a, "order"_a, "value"_a)
+      .def("directional_derivative", &PySlave::directional_derivative, "output"_a, "input"_a)
       .def("outputs", &PySlave::outputs, "All that is calculated, in the order of the names.")
       .def("start", &PySlave::start, "Initialization, with the parameters set so far.")
       .def("do_step", &PySlave::do_step, "t"_a, "H"_a);

@@ -134,7 +134,7 @@ struct PySystem {
   VectorXd jerk(const VectorXd& q, const VectorXd& v, const VectorXd& u) {
     const VectorXd vdot = nb::cast<VectorXd>(accelerations(q, v, u)[0]);
     InputSignal input = system.make_signal();
-    start_drives(definition, system, input);
+    start_prescribed(definition, system, input);
     input.derivative[0] = u;
     VectorXd vddot(system.velocity_size());
     if (!solver.jerk(q, v, vdot, input, start.turned, 0.0, vddot)) fail(q);
@@ -151,6 +151,13 @@ struct PySystem {
     const int c = coordinate_of(joint, k);
     if (c < 0) return nb::make_tuple(NAN, NAN);
     return nb::make_tuple(system.coordinate_value(e, c), system.coordinate_rate(e, c));
+  }
+  double coordinate_acceleration(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, int joint, int k) {
+    check(q, v);
+    check(q, vdot);
+    system.evaluate(q, v, start, e);
+    const int c = coordinate_of(joint, k);
+    return c < 0 ? NAN : system.coordinate_acceleration(e, c, v, vdot);
   }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
@@ -251,6 +258,7 @@ void bind_system(nb::module_& m) {
       .def_rw("x", &Inputs::x, "Prescribed coordinates")
       .def_rw("xdot", &Inputs::xdot)
       .def_rw("xddot", &Inputs::xddot)
+      .def_rw("time", &Inputs::time, "Since the start [s].")
       .def_rw("turned", &Inputs::turned, "Coordinates near which angles are counted.");
   nb::class_<PySystem>(m, "System", "Equations of motion of a Multibody, as dense arrays.")
       .def(nb::init<const MultibodyDef&>())
@@ -309,6 +317,8 @@ void bind_system(nb::module_& m) {
       .def("energy", &PySystem::energy, "q"_a, "v"_a)
       .def("coordinate", &PySystem::coordinate, "q"_a, "v"_a, "joint"_a, "coordinate"_a = 0,
            "(value, rate); NaN for a joint that has none.")
+      .def("coordinate_acceleration", &PySystem::coordinate_acceleration, "q"_a, "v"_a, "vdot"_a, "joint"_a,
+           "coordinate"_a = 0)
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
            "Coordinates of all joints and their rates, joint after joint.")
       .def("kinds_of_coordinates", &PySystem::kinds_of_coordinates, "(whether it is an angle, its joint) for each.")

@@ -35,7 +35,7 @@ def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
     other = link.bodies[1 - i]
     away = np.zeros(3) if other is None else link.points[i] - other.centre
     gap = float(np.linalg.norm(away))
-    axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical") else np.zeros(3)
+    axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical", "point_on_line") else np.zeros(3)
 
     def merit(d: np.ndarray) -> float:
         along_axis = abs(d @ axis) * (0.9 if gap > t else -0.9)
@@ -112,13 +112,25 @@ def distance(link: Link, t: float) -> Iterable[Part]:
         yield cylinder(*link.points, 0.7 * t), DARK
 
 
+def point_on_line(link: Link, t: float) -> Iterable[Part]:
+    """Ball on a round rail along z."""
+    yield cylinder(*_guide(link, t), 1.1 * t), GREY
+    yield ball(link.points[1], 2.2 * t), DARK
+
+
+def free(_link: Link, _t: float) -> Iterable[Part]:
+    """Nothing: it holds nothing."""
+    yield from ()
+
+
 def other(link: Link, t: float) -> Iterable[Part]:
     """A small ball for what has no symbol."""
     yield ball(link.points[1], 1.8 * t), DARK
 
 
 JOINTS: dict[str, Callable[[Link, float], Iterable[Part]]] = {
-    f.__name__: f for f in (spherical, revolute, universal, prismatic, cylindrical, planar, fixed, distance)
+    f.__name__: f
+    for f in (spherical, revolute, universal, prismatic, cylindrical, planar, fixed, distance, point_on_line, free)
 }
 
 
@@ -130,10 +142,12 @@ def joint(link: Link, t: float) -> Iterable[Part]:
 def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """What holds a joint on the ground."""
     for body, point in zip(link.bodies, link.points, strict=True):
-        if body is None and link.type in ("prismatic", "cylindrical"):
+        if body is not None or link.type == "free":
+            continue
+        if link.type in ("prismatic", "cylindrical", "point_on_line"):
             for end in _guide(link, t):
                 yield from foot(end, foot_direction(link, t, down), t, 5.0)
-        elif body is None:
+        else:
             yield from foot(point, foot_direction(link, t, down), t)
 
 

@@ -36,7 +36,7 @@ bool StepEnds::begin(State& s, double h, double memory, const InputSignal& input
   }
   input.value(s.elapsed + h, s.turned, start.u);
   if (problem_.stabilized) {
-    input.drives(s.elapsed, u_);
+    input.drives(s.elapsed, s.turned, u_);
     problem_.system.evaluate(s.q, s.v, u_, start.evaluation);
   }
   return true;

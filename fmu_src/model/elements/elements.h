@@ -13,10 +13,14 @@
 #include "model/elements/cloud_contact.h"
 #include "model/elements/drag.h"
 #include "model/elements/follower_force.h"
+#include "model/elements/joint_armature.h"
+#include "model/elements/joint_friction.h"
 #include "model/elements/joint_spring.h"
+#include "model/elements/joint_stop.h"
 #include "model/elements/line_spring.h"
 #include "model/elements/load.h"
 #include "model/elements/plane_contact.h"
+#include "model/elements/rotation_motor.h"
 #include "model/elements/sphere_contact.h"
 #include "model/elements/spring_damper.h"
 #include "model/elements/table_spring.h"
@@ -41,6 +45,10 @@ void for_each_force_list(Any& d, Use use) {
   use("forces", d.sphere_contacts);
   use("forces", d.cloud_contacts);
   use("joint_springs", d.joint_springs);
+  use("joint_frictions", d.joint_frictions);
+  use("joint_stops", d.joint_stops);
+  use("joint_armatures", d.joint_armatures);
+  use("rotation_motors", d.rotation_motors);
 }
 
 template <typename Def, typename = void>
@@ -64,7 +72,7 @@ std::string variable_name(const MultibodyDef& d, const Def& element, const std::
 
 template <typename Def>
 const char* type_of(const MultibodyDef& d, const Def& element, const Parameter<Def>& parameter) {
-  if constexpr (!HasName<Def>::value) {
+  if constexpr (std::is_base_of_v<OnCoordinate, Def>) {
     if (parameter.type_of_angle && element.turns(d)) return parameter.type_of_angle;
   }
   return parameter.type;

@@ -1,19 +1,16 @@
 // Spring and damper on a joint's coordinate c: f = -k (c - c_rest) - d c' on the second body, a torque [N m] about the
-// joint's axis or a force [N] along it. Angles count turns. Its variables belong to the joint.
+// joint's axis or a force [N] along it. Angles count turns.
 #pragma once
 
-#include <string>
+#include <vector>
 
-#include "model/elements/references.h"
-#include "model/parameter.h"
+#include "model/elements/on_coordinate.h"
 
 namespace sigmafmu {
 
-struct JointSpringDef {
-  static constexpr const char *kKind = "joint spring", *kType = nullptr;
+struct JointSpringDef : OnCoordinate {
+  static constexpr const char *kKind = "joint spring", *kType = nullptr, *kSeveral = "springs";
 
-  int joint = 0;
-  int coordinate = 0;  // of the joint
   double stiffness = 0;
   double damping = 0;
   double rest = 0;  // where the spring has no force [rad] or [m]
@@ -28,19 +25,7 @@ struct JointSpringDef {
     };
     return table;
   }
-  bool turns(const MultibodyDef& d) const;
-  // `joint.stiffness`, or `joint.displacementStiffness` of the second coordinate of a joint.
-  std::string variable(const MultibodyDef& d, const std::string& word) const;
   void check(const References& of) const { of.coordinate("A joint spring", joint, coordinate); }
-  void check_values() const {}
-  template <typename Use>
-  void points(Use) const {}  // but for the joint's
-  template <typename Archive, typename Any>
-  static void visit(Archive& archive, Any& d) {
-    archive.joint("joint", d.joint);
-    archive.optional("coordinate", d.coordinate);
-    archive.parameters(d);
-  }
 };
 
 }  // namespace sigmafmu

@@ -26,6 +26,11 @@ void References::not_ground(const std::string& name, const char* verb, int body)
 
 void References::node(const std::string& name, int body, int node) const {
   if (node == kFloatingFrame) return;
+  if (body == kGround && !d_.motions.empty()) {
+    const int motions = static_cast<int>(d_.motions.size());
+    if (node >= 0 && node < motions) return;
+    fail(name, " attaches to moving frame ", node, " of the ground; allowed are -1 (none) to ", motions - 1, ".");
+  }
   if (!is_flexible(body)) {
     fail(name, " attaches to node ", node, " of ", name_of(body), ", which is not flexible; allowed is -1 (no node).");
   }
@@ -34,9 +39,13 @@ void References::node(const std::string& name, int body, int node) const {
        nodes(body) - 1, ".");
 }
 
-void References::coordinate(const char* what, int joint, int coordinate) const {
+void References::joint(const char* what, int joint) const {
   const int joints = static_cast<int>(d_.joints.size());
   if (joint < 0 || joint >= joints) fail(what, " acts on joint ", joint, "; allowed are 0 to ", joints - 1, ".");
+}
+
+void References::coordinate(const char* what, int joint, int coordinate) const {
+  this->joint(what, joint);
   const JointDef& j = d_.joints[joint];
   if (coordinate >= 0 && coordinate < j.coordinate_count()) return;
   fail(what, " acts on coordinate ", coordinate, " of ", j.name, "; joints of its type have ", j.coordinate_count(),

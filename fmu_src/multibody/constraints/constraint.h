@@ -32,7 +32,7 @@ class Constraint {
   // Z and W; W is zero before.
   virtual void rates(const Inputs& u, const Kinematics& k, const FrameRows& Z, double* W) const = 0;
   // K += d(B^T lambda)/d(motion).
-  virtual void stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const = 0;
+  virtual void stiffness(const Inputs& u, const Kinematics& k, const double* lambda, const FramePairs& K) const = 0;
 
  protected:
   int equations_ = 0, length_equations_ = 0;

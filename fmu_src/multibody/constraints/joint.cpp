@@ -8,37 +8,46 @@ namespace {
 enum Axis { x, y, z };
 
 // What each type of joint is made of: origins coincide or not, axes of frame 1 along which the origins have no
-// distance, and pairs (axis of frame 1, axis of frame 2) that stay perpendicular.
+// distance, pairs (axis of frame 1, axis of frame 2) that stay perpendicular, and whether the origins keep a distance.
 struct Composition {
-  bool coincidence;
+  bool coincidence = false;
   std::vector<Axis> distances;
   std::vector<std::pair<Axis, Axis>> perpendiculars;
+  bool rod = false;
 };
 
 Composition composition(JointType type) {
   const std::vector<std::pair<Axis, Axis>> parallel = {{x, y}, {y, z}, {z, x}};
   switch (type) {
     case JointType::spherical:
-      return {true, {}, {}};
+      return {true, {}, {}, false};
     case JointType::revolute:
-      return {true, {}, {{x, z}, {y, z}}};
+      return {true, {}, {{x, z}, {y, z}}, false};
     case JointType::universal:
-      return {true, {}, {{y, x}}};
+      return {true, {}, {{y, x}}, false};
     case JointType::prismatic:
-      return {false, {x, y}, parallel};
+      return {false, {x, y}, parallel, false};
     case JointType::fixed:
-      return {true, {}, parallel};
+      return {true, {}, parallel, false};
     case JointType::cylindrical:
-      return {false, {x, y}, {{x, z}, {y, z}}};
+      return {false, {x, y}, {{x, z}, {y, z}}, false};
+    case JointType::planar:
+      return {false, {z}, {{x, z}, {y, z}}, false};
+    case JointType::distance:
+      return {false, {}, {}, true};
+    case JointType::point_on_line:
+      return {false, {x, y}, {}, false};
+    case JointType::free:
+      return {};
   }
   return {};
 }
 
 }  // namespace
 
-Joint::Joint(const JointDef& d)
+Joint::Joint(const JointDef& d, double length)
     : type_(d.type),
-      on_ground_(d.body1 == kGround),
+      on_ground_(d.body1 == kGround && d.frame1.node == kFloatingFrame),
       origins_{d.frame1.origin, d.frame2.origin},
       frame1_(d.frame1),
       frame2_(d.frame2) {
@@ -47,13 +56,14 @@ Joint::Joint(const JointDef& d)
   for (Axis i : parts.distances) {
     distances_.push_back({d.frame1.axes.col(i), d.frame1.origin, d.frame2.origin});
   }
+  if (parts.rod) rods_.push_back({origins_, length});
   for (auto [i, j] : parts.perpendiculars) {
     perpendiculars_.push_back({d.frame1.axes.col(i), d.frame2.axes.col(j)});
   }
-  for (CoordinateKind kind : sigmafmu::coordinates(d.type)) coordinates_.emplace_back(kind, d.frame1, d.frame2);
-  length_equations_ = (has_coincidence_ ? 3 : 0) + static_cast<int>(distances_.size());
+  for (const CoordinateType& type : sigmafmu::coordinates(d.type)) coordinates_.emplace_back(type, d.frame1, d.frame2);
+  length_equations_ = (has_coincidence_ ? 3 : 0) + static_cast<int>(distances_.size() + rods_.size());
   equations_ = length_equations_ + static_cast<int>(perpendiculars_.size());
-  couples_frames_ = !perpendiculars_.empty() || !distances_.empty();
+  couples_frames_ = !perpendiculars_.empty() || !distances_.empty() || !rods_.empty();
 }
 
 void Joint::evaluate(const Inputs&, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const {
@@ -69,6 +79,10 @@ void Joint::evaluate(const Inputs&, const Kinematics& k, double* phi, double* ph
   for (const auto& d : distances_) {
     phi[row] = d.gap(k1, k2);
     d.gradient(k1, k2, row++, B[0], B[1]);
+  }
+  for (const auto& r : rods_) {
+    phi[row] = r.gap(k1, k2);
+    r.gradient(k1, k2, row++, B[0], B[1]);
   }
   for (const auto& p : perpendiculars_) {
     phi[row] = p.gap(k1, k2);
@@ -95,16 +109,18 @@ void Joint::rates(const Inputs&, const Kinematics& k, const FrameRows& Z, double
     row += 3;
   }
   for (const auto& d : distances_) d.rate(k1, k2, row++, Z[0], Z[1]);
+  for (const auto& r : rods_) r.rate(k1, k2, row++, Z[0], Z[1]);
   for (const auto& p : perpendiculars_) p.rate(k1, k2, row++, Z[0], Z[1]);
 }
 
-void Joint::stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const {
+void Joint::stiffness(const Inputs&, const Kinematics& k, const double* lambda, const FramePairs& K) const {
   const FrameKinematics &k1 = k[0], &k2 = k[1];
   if (has_coincidence_) {
     origins_.stiffness(k1, k2, Vector3d(lambda[0], lambda[1], lambda[2]), K);
     lambda += 3;
   }
   for (const auto& d : distances_) d.stiffness(k1, k2, *lambda++, K);
+  for (const auto& r : rods_) r.stiffness(k1, k2, *lambda++, K);
   for (const auto& p : perpendiculars_) p.stiffness(k1, k2, *lambda++, K);
 }
 
@@ -113,6 +129,7 @@ bool Joint::axes_agree(const Kinematics& k) const {
   switch (type_) {
     case JointType::revolute:
     case JointType::cylindrical:
+    case JointType::planar:
       return R12(z, z) > 0;
     case JointType::prismatic:
     case JointType::fixed:

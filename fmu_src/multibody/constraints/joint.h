@@ -11,7 +11,8 @@ namespace sigmafmu {
 
 class Joint final : public Constraint {
  public:
-  explicit Joint(const JointDef& definition);
+  // `length` [m]: of a distance joint.
+  explicit Joint(const JointDef& definition, double length = 0);
 
   JointType type() const { return type_; }
   const std::vector<JointCoordinate>& coordinates() const { return coordinates_; }
@@ -19,7 +20,7 @@ class Joint final : public Constraint {
   int frame_count() const override { return 2; }
   void evaluate(const Inputs& u, const Kinematics& k, double* phi, double* phidot, const FrameRows& B) const override;
   void rates(const Inputs& u, const Kinematics& k, const FrameRows& Z, double* W) const override;
-  void stiffness(const Kinematics& k, const double* lambda, const FramePairs& K) const override;
+  void stiffness(const Inputs& u, const Kinematics& k, const double* lambda, const FramePairs& K) const override;
 
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;
@@ -33,9 +34,10 @@ class Joint final : public Constraint {
  private:
   JointType type_;
   bool has_coincidence_ = false;
-  bool on_ground_;  // frame 1
+  bool on_ground_;  // frame 1, where that stands still
   PointCoincidence origins_;
   std::vector<AxialDistance> distances_;
+  std::vector<PointDistance> rods_;
   std::vector<PerpendicularAxes> perpendiculars_;
   Frame frame1_, frame2_;
   std::vector<JointCoordinate> coordinates_;

@@ -1,4 +1,4 @@
-// The three scalar or vector equations of which every joint (and spring-damper) is made.
+// The scalar or vector equations of which every joint (and spring-damper) is made.
 //
 // Notation, bodies i = 1, 2: x_i = p_WB, R_i = R_WB, w_i = w_WB_B, s_i a point and n_i, a_i axes in body axes,
 // R12 = R_1^T R_2. Motions: delta x_i in W, delta R_i = R_i hat(phi_i). For an equation Phi:
@@ -41,6 +41,21 @@ struct AxialDistance {
   // B_2 = [n^T, (s_2 x R_2^T n)^T], B_1 = [-n^T, (n_1 x u)^T].
   void gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1, Rows B2) const;
   void rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const;
+  void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda, const FramePairs& K) const;
+};
+
+// Phi = (d . d - L^2)/(2 L), d = x_2 + R_2 s_2 - x_1 - R_1 s_1: the distance of two points (1 row) [m]. A polynomial,
+// whose multiplier is the force [N] that draws the points together. With PointCoincidence's B, Z and K and e = d/L:
+struct PointDistance {
+  PointCoincidence points;
+  double length;  // L > 0
+
+  double gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
+  // e^T B.
+  void gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1, Rows B2) const;
+  // Phi' = e . d', so e^T Z + (d'/L)^T B.
+  void rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const;
+  // That for the force lambda e, and lambda/L B_i^T B_j.
   void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda, const FramePairs& K) const;
 };
 

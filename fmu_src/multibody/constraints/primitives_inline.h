@@ -93,6 +93,48 @@ inline void AxialDistance::stiffness(const FrameKinematics& b1, const FrameKinem
   }
 }
 
+inline double PointDistance::gap(const FrameKinematics& b1, const FrameKinematics& b2) const {
+  return 0.5 * (points.gap(b1, b2).squaredNorm() / length - length);
+}
+
+inline void PointDistance::gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1,
+                                    Rows B2) const {
+  const Vector3d e = points.gap(b1, b2) / length;
+  B1.block<1, 3>(row, 0) = -e.transpose();
+  B1.block<1, 3>(row, 3) = -points.s1.cross(b1.R_WB.transpose() * e).transpose();
+  B2.block<1, 3>(row, 0) = e.transpose();
+  B2.block<1, 3>(row, 3) = points.s2.cross(b2.R_WB.transpose() * e).transpose();
+}
+
+inline void PointDistance::rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const {
+  const Vector3d e = points.gap(b1, b2) / length;
+  const Vector3d sdot_1 = b1.w_WB_B.cross(points.s1), sdot_2 = b2.w_WB_B.cross(points.s2);  // in their bodies
+  const Vector3d edot = (b2.v_WB + b2.R_WB * sdot_2 - b1.v_WB - b1.R_WB * sdot_1) / length;
+  Z1.block<1, 3>(row, 0) = -edot.transpose();
+  Z1.block<1, 3>(row, 3) =
+      -(points.s1.cross(b1.R_WB.transpose() * edot) + sdot_1.cross(b1.R_WB.transpose() * e)).transpose();
+  Z2.block<1, 3>(row, 0) = edot.transpose();
+  Z2.block<1, 3>(row, 3) =
+      (points.s2.cross(b2.R_WB.transpose() * edot) + sdot_2.cross(b2.R_WB.transpose() * e)).transpose();
+}
+
+inline void PointDistance::stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda,
+                                     const FramePairs& K) const {
+  points.stiffness(b1, b2, lambda / length * points.gap(b1, b2), K);
+  const Matrix3d turns[2] = {b1.R_WB * lie::hat(points.s1), b2.R_WB * lie::hat(-points.s2)};
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      if (!K.has(i, j)) continue;
+      const double factor = lambda / length, o_i = i == 0 ? -1.0 : 1.0, o_j = j == 0 ? -1.0 : 1.0;
+      auto block = K(i, j);
+      block.diagonal().head<3>().array() += factor * o_i * o_j;
+      block.topRightCorner<3, 3>() += factor * o_i * turns[j];
+      block.bottomLeftCorner<3, 3>() += factor * o_j * turns[i].transpose();
+      block.bottomRightCorner<3, 3>() += factor * (turns[i].transpose() * turns[j]);
+    }
+  }
+}
+
 inline Vector3d PerpendicularAxes::b_in_1(const FrameKinematics& k1, const FrameKinematics& k2) const {
   return k1.R_WB.transpose() * (k2.R_WB * b2);
 }

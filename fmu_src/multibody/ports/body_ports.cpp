@@ -35,7 +35,7 @@ void inertia_ports(Ports& ports, int b, const std::string& n) {
         b, n + ".inertia." + moments[i], "MomentOfInertia", "Moment of inertia about the centre of mass, body axes",
         [](Mechanism& m, int o, int, int c) -> double& { return m.multibody.bodies[o].inertia[c]; }, fixed);
     v.component = i;
-    v.above_min = true;
+    v.above_min = ports.mechanism.multibody.bodies[b].inertia[i] > 0;  // a thin rod has one that is zero
   }
   const char* products[] = {"xy", "xz", "yz"};
   for (int i = 0; i < 3; ++i) {

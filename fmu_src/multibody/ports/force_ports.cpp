@@ -45,7 +45,9 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
       input += std::max(1, p.size);
     }
   }
-  if (force.input_count() > 0) {
+  if constexpr (std::is_same_v<Def, RotationMotorDef>) {
+    ports.terminal("Motor in the joint", {"rotationVector", "relativeAngularVelocity", "motorTorque"});
+  } else if (force.input_count() > 0) {
     ports.terminal(
         force.frame_count() == 1 ? "Actuator" : "Actuator beside the spring",
         {"position", "length", "rate", "angle", "angularRate", "force", "torque", "actuatorForce", "actuatorTorque"});

@@ -37,34 +37,47 @@ int drive_of(const MultibodyDef& d, int joint, int coordinate) {
   return -1;
 }
 
+void acceleration(const View& view, int c, int, double* value) {
+  *value = view.system.coordinate_acceleration(view.evaluation, c, view.v, view.vdot);
+}
+
 void coordinate_ports(Ports& ports, int joint, int k) {
   using Kind = InitialValue::Kind;
-  const std::string& n = ports.mechanism.multibody.joints[joint].name;
+  const JointDef& definition = ports.mechanism.multibody.joints[joint];
+  const std::string number = definition.number(k);
+  const auto name = [&](const char* word) { return definition.name + "." + word + number; };
   const int c = ports.system.coordinate_index(joint) + k;
   const Force& motor = ports.system.motor(c);
   const ForcePort& drive = motor.ports()[0];
   const bool angle = ports.system.coordinate(c).is_angle();
+  const char *value = angle ? "angle" : "displacement", *rate_of = angle ? "angularRate" : "rate";
   if (angle) {
-    ports.output(c, n + ".angle", "Angle", "Joint angle, counting turns", coordinate);
-    ports.output(c, n + ".angularRate", "AngularVelocity", "Rate of the joint angle", rate);
+    ports.output(c, name(value), "Angle", "Joint angle, counting turns", coordinate);
+    ports.output(c, name(rate_of), "AngularVelocity", "Rate of the joint angle", rate);
   } else {
-    ports.output(c, n + ".displacement", "Displacement", "Displacement along the joint axis", coordinate);
-    ports.output(c, n + ".rate", "Velocity", "Rate of the displacement", rate);
+    ports.output(c, name(value), "Displacement", "Displacement along the joint axis", coordinate);
+    ports.output(c, name(rate_of), "Velocity", "Rate of the displacement", rate);
   }
   const int prescribed = drive_of(ports.mechanism.multibody, joint, k);
+  const bool beside_angle = !angle && number.empty() && definition.coordinate_count() > 1;
   ports
-      .output(ports.group(c, 1, power, prescribed >= 0, prescribed), 0, n + (k == 0 ? ".power" : ".displacementPower"),
-              "Power", prescribed >= 0 ? "Power of motor and drive in the joint" : "Power of the motor in the joint")
+      .output(ports.group(c, 1, power, prescribed >= 0, prescribed), 0,
+              name(beside_angle ? "displacementPower" : "power"), "Power",
+              prescribed >= 0 ? "Power of motor and drive in the joint" : "Power of the motor in the joint")
       .times_velocity = true;
-  ports.input(motor.first_input(), n + "." + drive.name, drive.type, drive.description);
+  ports.input(motor.first_input(), name(drive.name), drive.type, drive.description);
   if (angle) {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Angle", "Initial joint angle, counting turns");
     ports.initial({Kind::joint_rate, joint, k}, "", "AngularVelocity", "Initial rate of the joint angle");
-    ports.terminal("Motor in the joint", {"angle", "angularRate", "motorTorque"});
+    ports.terminal("Motor in the joint", {value + number, rate_of + number, drive.name + number});
+    ports.output(ports.group(c, 1, acceleration, true), 0, name("angularAcceleration"), "AngularAcceleration",
+                 "Second derivative of the joint angle");
   } else {
     ports.initial({Kind::joint_coordinate, joint, k}, "", "Displacement", "Initial displacement along the joint axis");
     ports.initial({Kind::joint_rate, joint, k}, "", "Velocity", "Initial rate of the displacement");
-    ports.terminal("Actuator in the joint", {"displacement", "rate", "actuatorForce"});
+    ports.terminal("Actuator in the joint", {value + number, rate_of + number, drive.name + number});
+    ports.output(ports.group(c, 1, acceleration, true), 0, name("acceleration"), "Acceleration",
+                 "Second derivative of the displacement");
   }
 }
 
@@ -75,6 +88,14 @@ void joint_ports(Ports& ports, int j) {
   const std::string& n = ports.mechanism.multibody.joints[j].name;
   ports.owner(n, "joint", joint_type_names()[static_cast<int>(joint.type())]);
   for (std::size_t k = 0; k < joint.coordinates().size(); ++k) coordinate_ports(ports, j, static_cast<int>(k));
+  if (joint.type() == JointType::free) return;  // which has no reaction
+  if (joint.type() == JointType::distance) {
+    Port& length = ports.parameter(
+        j, n + ".length", "Position", "Distance of the two points",
+        [](Mechanism& m, int o, int, int) -> double& { return m.multibody.joints[o].length; }, Variability::fixed);
+    length.min = 0;
+    length.above_min = true;
+  }
   const char* force = "Force of the joint on the second body, in W";
   const char* torque = "Torque of the joint on the second body about the joint's point on it, in W";
   const Ports::Group both = ports.group(j, 6, reaction, true);
@@ -94,9 +115,65 @@ void drive_ports(Ports& ports, int d) {
   ports.owner(joint.name, "joint", "");
   const Ports::Group group = ports.group(
       d, 1, [](const View& v, int o, int, double* x) { *x = -v.lambda[v.system.drive_lambda_index(o)]; }, true);
-  ports.output(group, 0, joint.name + (turns ? ".driveTorque" : ".driveForce"), turns ? "Torque" : "Force",
+  ports.output(group, 0, joint.name + "." + joint.word(drive.coordinate, "driveTorque", "driveForce"),
+               turns ? "Torque" : "Force",
                turns ? "Torque of the drive about the joint axis on the second body"
                      : "Force of the drive along the joint axis on the second body");
+  if (!drive.input) return;
+  const char* types[] = {turns ? "Angle" : "Displacement", turns ? "AngularVelocity" : "Velocity",
+                         turns ? "AngularAcceleration" : "Acceleration"};
+  const char* words[] = {"Coordinate", "Rate", "Acceleration"};
+  const auto order = static_cast<int>(drive.motion);
+  ports.prescribed(d, order, drive.input_name(ports.mechanism.multibody), types[order],
+                   std::string(words[order]) + " of the joint that the drive prescribes", drive.value);
+}
+
+namespace {
+
+// Along each coordinate, on the second body of its joint.
+void coupling_forces(const View& view, int c, int, double* values) {
+  const Coupling& coupling = view.system.coupling(c);
+  const Kinematics k = view.system.coupling_kinematics(view.evaluation, c);
+  const double lambda = view.lambda[view.system.drive_lambda_index(view.system.drive_count() + c)];
+  for (std::size_t i = 0; i < coupling.terms().size(); ++i) {
+    values[i] = -lambda * coupling.slope(view.inputs, k, static_cast<int>(i));
+  }
+}
+
+}  // namespace
+
+void coupling_ports(Ports& ports, int c) {
+  const MultibodyDef& d = ports.mechanism.multibody;
+  const CouplingDef& coupling = d.couplings[c];
+  const auto terms = static_cast<int>(coupling.terms.size());
+  ports.owner(coupling.name, "coupling", "coordinate");
+  const Ports::Group group = ports.group(c, terms, coupling_forces, true);
+  for (int i = 0; i < terms; ++i) {
+    const CouplingDef::Term& term = coupling.terms[i];
+    const JointDef& joint = d.joints[term.joint];
+    const bool turns = joint.turns(term.coordinate);
+    ports.output(
+        group, i, coupling.name + (turns ? ".torque" : ".force") + std::to_string(i + 1), turns ? "Torque" : "Force",
+        std::string(turns ? "Torque about" : "Force along") + " the axis of " + joint.name + " on its second body");
+  }
+}
+
+void motion_ports(Ports& ports, int m) {
+  const MotionDef& motion = ports.mechanism.multibody.motions[m];
+  if (!motion.input) return;
+  ports.owner(motion.name, "motion", "frame");
+  const int first = ports.system.drive_count() + ports.system.coupling_count() + kPrescribedPerMotion * m;
+  for (int i = 0; i < kPrescribedPerMotion; ++i) {
+    const std::string number = "[" + std::to_string(i % 3 + 1) + "]";
+    if (i < 3) {
+      ports.prescribed(first + i, 0, motion.name + ".displacement" + number, "Displacement",
+                       "Displacement of the frame in W", motion.start[0][static_cast<std::size_t>(i)]);
+    } else {
+      ports.prescribed(first + i, 0, motion.name + ".rotation" + number, "Angle",
+                       "Rotation vector of the frame, in its axes at rest",
+                       motion.start[0][static_cast<std::size_t>(i)]);
+    }
+  }
 }
 
 }  // namespace sigmafmu

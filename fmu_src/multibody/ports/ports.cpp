@@ -173,6 +173,15 @@ void Ports::input(int index, const std::string& name, const char* type, const st
   p.input = index;
 }
 
+void Ports::prescribed(int index, int derivative, const std::string& name, const char* type,
+                       const std::string& description, double start) {
+  Port& p = add(name, type, description);
+  p.causality = Causality::input;
+  p.prescribed = index;
+  p.derivative = derivative;
+  p.start = start;
+}
+
 void Ports::inputs(int first, const std::string& name, int count, const char* type, const std::string& description) {
   elements(count, [&](int i, const std::string& suffix) { input(first + i, name + suffix, type, description); });
 }
@@ -185,13 +194,13 @@ void Ports::set_times_velocity(std::size_t first) {
   for (std::size_t i = first; i < ports_.size(); ++i) ports_[i].times_velocity = true;
 }
 
-void Ports::terminal(const std::string& purpose, const std::vector<const char*>& members) {
+void Ports::terminal(const std::string& purpose, const std::vector<std::string>& members) {
   owners_[owner_].terminal = purpose;
   const std::string& owner = owners_[owner_].name;
   for (Port& p : ports_) {
     if (p.owner != owner_) continue;
     const std::string vector = p.name.substr(0, p.name.find('['));
-    for (const char* member : members) p.in_terminal = p.in_terminal || vector == owner + "." + member;
+    for (const std::string& member : members) p.in_terminal = p.in_terminal || vector == owner + "." + member;
   }
 }
 

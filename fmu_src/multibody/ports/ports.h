@@ -66,7 +66,12 @@ struct Port {
   double& (*parameter)(Mechanism&, int object, int port, int component) = nullptr;
   int& (*option)(Mechanism&, int object) = nullptr;  // of an integer parameter
   std::optional<InitialValue> initial;               // which of the definition's a parameter is
-  int input = -1;
+  int input = -1;                                    // in u
+  int prescribed = -1;                               // of an input that is prescribed: in Inputs::x
+  int derivative = 0;                                // and which derivative of that
+  double start = 0;                                  // of an input
+
+  bool is_input() const { return input >= 0 || prescribed >= 0; }
 
   double value(const Mechanism& mechanism) const;  // of a parameter
   void set_value(Mechanism& mechanism, double value) const;
@@ -125,6 +130,9 @@ class Ports {
   void initial_vector(InitialValue what, int count, const char* type, const std::string& description);
   void input(int index, const std::string& name, const char* type, const std::string& description);
   void inputs(int first, const std::string& name, int count, const char* type, const std::string& description);
+  // `derivative` of what is prescribed at `index`.
+  void prescribed(int index, int derivative, const std::string& name, const char* type, const std::string& description,
+                  double start);
   Port& add(std::string name, const char* type, std::string description);
 
   // Which row of its element's table the ports from `first` on have.
@@ -132,7 +140,7 @@ class Ports {
   // Of the ports from `first` on.
   void set_times_velocity(std::size_t first);
   // Ports of the present owner that other FMUs connect to, by the names of their vectors, and what for.
-  void terminal(const std::string& purpose, const std::vector<const char*>& members);
+  void terminal(const std::string& purpose, const std::vector<std::string>& members);
 
   const std::vector<Port>& ports() const { return ports_; }
   const std::vector<Owner>& owners() const { return owners_; }
@@ -151,6 +159,8 @@ inline Eigen::Map<Vector3d> vector3(double* values) { return Eigen::Map<Vector3d
 void body_ports(Ports& ports, int body);
 void joint_ports(Ports& ports, int joint);
 void drive_ports(Ports& ports, int drive);
+void coupling_ports(Ports& ports, int coupling);
+void motion_ports(Ports& ports, int motion);
 void force_ports(Ports& ports);  // of all forces
 void station_ports(Ports& ports, int station);
 void sensor_ports(Ports& ports, int sensor);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lie/r3xso3.h"
+#include "model/dense.h"
 #include "solve/start/dependent_equations.h"
 #include "solve/start/held_projection.h"
 #include "text/text.h"
@@ -45,6 +46,27 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
   }
 }
 
+// A thin rod has no inertia about its axis: joints must not let it turn about that alone.
+void require_held_rods(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  constexpr double kNothing = 1e-12, kFree = 1e-8;
+  Evaluation e = system.make_evaluation();
+  system.evaluate(q, VectorXd::Zero(system.velocity_size()), system.make_inputs(), e);
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (!system.rigid(i)) continue;
+    const PrincipalAxes principal = principal_axes(inertia_matrix(definition.bodies[i]));
+    if (principal.values[0] > kNothing * principal.values[2]) continue;
+    double held = 0;
+    for (const auto& [constraint, unknown, offset] : system.pattern().incidences) {
+      if (unknown != i) continue;
+      const ConstRows B(e.B.data() + offset, system.pattern().constraint_sizes[constraint], 6);
+      held = std::max(held, (B.rightCols<3>() * principal.axes.col(0)).cwiseAbs().maxCoeff());
+    }
+    if (held > kFree * std::min(1.0, system.size())) continue;
+    throw std::runtime_error(definition.bodies[i].name +
+                             " has no inertia about an axis about which its joints let it turn; it must have some.");
+  }
+}
+
 // What stopped the projection that began at `start` and came to `end`, if it is not that joints are too far apart.
 std::string describe_obstacle(const MultibodyDef& definition, const System& system, ConsistentSolver& solver,
                               const Inputs& u, const VectorXd& start, const VectorXd& end) {
@@ -79,6 +101,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
     HeldProjection(definition, system).positions(q);  // says which joints cannot be closed, unless it can close them
   }
   require_agreeing_axes(definition, system, q);
+  require_held_rods(definition, system, q);
   const std::string singular = describe_singular_position(definition, system, q);
   const bool moves = v.lpNorm<Eigen::Infinity>() > kAtRest;
   const bool possible = solver.project_velocities(q, u, v);
@@ -131,6 +154,21 @@ std::vector<std::pair<InitialValue, int>> all_initial_values(const MultibodyDef&
   return result;
 }
 
+// sum_i p_i(x_i) at the coordinates of all joints.
+double sum_of_terms(const MultibodyDef& definition, const CouplingDef& coupling, const VectorXd& coordinates) {
+  double result = 0;
+  for (const CouplingDef::Term& term : coupling.terms) {
+    int c = term.coordinate;
+    for (int j = 0; j < term.joint; ++j) c += definition.joints[j].coordinate_count();
+    result += Coupling::value(term.polynomial, coordinates[c]).p;
+  }
+  return result;
+}
+
+double offset_at_start(const MultibodyDef& definition, const CouplingDef& coupling, const VectorXd& coordinates) {
+  return std::isnan(coupling.offset) ? sum_of_terms(definition, coupling, coordinates) : coupling.offset;
+}
+
 double round_to_12_digits(double x) {
   const double digits = std::pow(10.0, 12 - std::max(0.0, std::ceil(std::log10(std::abs(x)))));
   return std::round(x * digits) / digits + 0.0;  // no negative zero
@@ -140,30 +178,59 @@ double round_to_12_digits(double x) {
 
 Inputs inputs_at_start(const MultibodyDef& definition, const System& system) {
   Inputs u = system.make_inputs();
-  if (definition.drives.empty()) return u;
+  if (u.x.size() == 0) return u;
   VectorXd q(system.position_size()), v(system.velocity_size());
-  read_initial_values(definition, system, q, v);
   Evaluation e = system.make_evaluation();
+  if (!definition.couplings.empty()) {  // that mesh as the bodies came, not as what was set has them
+    read_initial_values(without_held_values(definition), system, q, v);
+    system.evaluate(q, v, u, e);
+    system.coordinate_values(e, u.turned);
+  }
+  read_initial_values(definition, system, q, v);
   system.evaluate(q, v, u, e);
   for (int d = 0; d < system.drive_count(); ++d) {
-    const auto& [joint, coordinate, motion, value] = definition.drives[d];
+    const DriveDef& drive = definition.drives[d];
     const auto start = [&](Kind kind) {
-      const InitialValue what{kind, joint, coordinate};
+      const InitialValue what{kind, drive.joint, drive.coordinate};
       return definition.held.count(what) > 0 ? initial_value(definition, what) : present(system, e, q, v, what);
     };
-    using Motion = DriveDef::Motion;
-    u.x[d] = motion == Motion::position ? value : start(Kind::joint_coordinate);
-    u.xdot[d] = motion == Motion::position ? 0.0 : motion == Motion::rate ? value : start(Kind::joint_rate);
-    u.xddot[d] = motion == Motion::acceleration ? value : 0.0;
+    const double values[] = {drive.table ? 0.0 : drive.value, drive.first_derivative, drive.second_derivative};
+    const auto order = static_cast<int>(drive.motion);  // derivatives below that are those of the start
+    u.x[d] = order == 0 ? values[0] : start(Kind::joint_coordinate);
+    u.xdot[d] = order <= 1 ? values[1 - order] : start(Kind::joint_rate);
+    u.xddot[d] = values[2 - order];
+  }
+  Eigen::Index at = system.drive_count();
+  for (const CouplingDef& coupling : definition.couplings) u.x[at++] = offset_at_start(definition, coupling, u.turned);
+  for (const MotionDef& motion : definition.motions) {
+    for (std::size_t i = 0; i < motion.tables.size(); ++i, ++at) {
+      u.x[at] = motion.start[0][i], u.xdot[at] = motion.start[1][i], u.xddot[at] = motion.start[2][i];
+    }
   }
   return u;
 }
 
-void start_drives(const MultibodyDef& definition, const System& system, InputSignal& input) {
+void start_prescribed(const MultibodyDef& definition, const System& system, InputSignal& input) {
   const Inputs u = inputs_at_start(definition, system);
   input.drive[0] = u.x;
   input.drive[1] = u.xdot;
   input.drive[2] = u.xddot;
+  input.start = 0;
+  for (int k : {3, 4}) input.drive[k].setZero();
+  for (int d = 0; d < system.drive_count(); ++d) {
+    const DriveDef& drive = definition.drives[d];
+    if (drive.motion == DriveDef::Motion::rate) input.drive[3][d] = drive.second_derivative;
+    if (drive.motion != DriveDef::Motion::acceleration) continue;
+    input.drive[3][d] = drive.first_derivative;
+    input.drive[4][d] = drive.second_derivative;
+  }
+}
+
+void mesh_couplings(const MultibodyDef& definition, const VectorXd& turned, InputSignal& input) {
+  auto at = static_cast<Eigen::Index>(definition.drives.size());
+  for (const CouplingDef& coupling : definition.couplings) {
+    input.drive[0][at++] = sum_of_terms(definition, coupling, turned);
+  }
 }
 
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
@@ -241,6 +308,9 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 }
 
 void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
+  for (JointDef& joint : definition.joints) {
+    if (joint.type == JointType::distance) joint.length = round_to_12_digits(rod_length(definition, joint));
+  }
   const auto& joints = definition.joints;
   if (std::none_of(joints.begin(), joints.end(), [](const JointDef& joint) { return joint.coordinate_count() > 0; }))
     return;

@@ -14,11 +14,14 @@ namespace sigmafmu {
 // Throws std::runtime_error with one sentence when that cannot be: it names the joints and the values that were set.
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q, VectorXd& v);
 
-// What drives prescribe at the start: their value, and else the coordinate and rate that were set or that the bodies
-// have.
+// What is prescribed at the start. Of drives: their value, and else the coordinate and rate that were set or that the
+// bodies have. Of couplings: their offset, or what their sum is where bodies have their initial values.
 Inputs inputs_at_start(const MultibodyDef& definition, const System& system);
 // Lets them go on from there.
-void start_drives(const MultibodyDef& definition, const System& system, InputSignal& input);
+void start_prescribed(const MultibodyDef& definition, const System& system, InputSignal& input);
+
+// Where angles have been set with whole turns, couplings mesh all the same: they keep what their sums are now.
+void mesh_couplings(const MultibodyDef& definition, const VectorXd& turned, InputSignal& input);
 
 // Coordinates of joints at the start, with the whole turns of angles that were set.
 VectorXd coordinates_at_start(const MultibodyDef& definition, const System& system, const VectorXd& q);

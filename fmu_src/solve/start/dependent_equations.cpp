@@ -287,7 +287,7 @@ std::vector<Part> parts_of(const Place& at) {
     }
   }
   for (int first = 0; first < system.constraint_count(); ++first) {
-    if (done[first] != 0) continue;
+    if (done[first] != 0 || bodies_of[first].empty()) continue;  // a free joint has no equation
     Part part{{first}, {}};
     done[first] = 1;
     for (std::size_t k = 0; k < part.joints.size(); ++k) {
@@ -330,8 +330,10 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Depende
   constexpr double kDistance = 0.02;
   const Place at(system, q);
   Inputs u = system.make_inputs();
-  // Drives stay where they are: phi is their coordinate while they prescribe 0.
-  for (int d = 0; d < system.drive_count(); ++d) u.x[d] = at.e.phi[system.drive_lambda_index(d)];
+  // Drives and couplings stay where they are: phi is their coordinate while they prescribe 0.
+  for (int d = 0; d < system.drive_count() + system.coupling_count(); ++d) {
+    u.x[d] = at.e.phi[system.drive_lambda_index(d)];
+  }
   for (int trial = 0; trial < 4; ++trial) {
     VectorXd motion = VectorXd::Zero(system.velocity_size());
     for (const Part& part : dependent.parts) {

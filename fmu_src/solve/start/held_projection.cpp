@@ -27,6 +27,7 @@ HeldProjection::HeldProjection(const MultibodyDef& definition, const System& sys
       rest_(u_),
       e_(system.make_evaluation()) {
   rest_.xdot.setZero();
+  turned_at_start_ = u_.turned;
 }
 
 bool HeldProjection::holds(Kind kind, int object, int component) const {
@@ -139,10 +140,11 @@ void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates
   VectorXd v = VectorXd::Zero(system_.velocity_size());
   Coordinates rates = coordinates;
   for (Coordinate& c : rates) c.to = 0;
+  const VectorXd by_itself = gaps_of_rates(q, v, rest_, rates);  // what tables prescribe
   A_.resize(system_.constraint_size() + static_cast<Eigen::Index>(coordinates.size()), v.size());
   for (Eigen::Index k = 0; k < v.size(); ++k) {
     v[k] = 1;
-    A_.col(k) = gaps_of_rates(q, v, rest_, rates);
+    A_.col(k) = gaps_of_rates(q, v, rest_, rates) - by_itself;
     v[k] = 0;
   }
   M_ = dense_pairs(system_, e_.M);
@@ -309,11 +311,13 @@ bool HeldProjection::follow(const VectorXd& q0, const Coordinates& coordinates, 
   constexpr int kOnTheWay = 8, kAtTheEnd = 100;
   const int tries = condition ? 0 : 4;
   q = q0;
+  u_.turned = turned_at_start_;
   const int n = steps(q0, coordinates);
   for (int i = 1; i < n; ++i) {
     const double s = static_cast<double>(i) / n;
     impose(q0, s, q);
     if (!close(coordinates, s, kOnTheWay, q) && condition) return false;
+    count_turns();
   }
   VectorXd nearest;  // if there is no good end
   bool closed_badly = false;
@@ -346,6 +350,16 @@ bool HeldProjection::follow(const VectorXd& q0, const Coordinates& coordinates, 
   if (condition) return false;
   q = nearest;
   return closed_badly;  // the caller says what is wrong with it
+}
+
+// Couplings follow angles on the way.
+void HeldProjection::count_turns() {
+  if (system_.coupling_count() == 0) return;
+  for (int c = 0; c < system_.coordinate_count(); ++c) {
+    double x = coordinate(c);
+    if (system_.coordinate(c).is_angle()) x += kTwoPi * std::round((u_.turned[c] - x) / kTwoPi);
+    u_.turned[c] = x;
+  }
 }
 
 bool HeldProjection::axes_agree() const {

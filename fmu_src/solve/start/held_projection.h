@@ -46,6 +46,7 @@ class HeldProjection {
   bool follow(const VectorXd& q0, const Coordinates& coordinates, bool condition, VectorXd& q);
   template <typename Solve>
   bool grant(const Coordinates& held, const Coordinates& wishes, VectorXd& x, Solve solve);
+  void count_turns();
   bool axes_agree() const;
   DeterminedMotion* determined(const Coordinates& coordinates);
   bool reach(const Coordinates& coordinates, double s, VectorXd& q);
@@ -65,6 +66,7 @@ class HeldProjection {
   const MultibodyDef& definition_;
   const System& system_;
   Inputs u_, rest_;  // at the start, and with drives at rest
+  VectorXd turned_at_start_;
   Evaluation e_;
   std::vector<int> free_[kLevels];                // velocities that may change, or whose positions may
   MatrixXd A_, M_;                                // equations (joints, then coordinates) by velocities; mass

@@ -17,6 +17,7 @@ from sigmafmu import SigmafmuError, _core
 from sigmafmu.linear.differences import RELATIVE_STEP, derivative
 
 FRAMES = ("world", "body")
+WORDS = ("angle", "displacement"), ("angularRate", "rate")
 INDEPENDENT = 0.01
 """Part of a coordinate's motion that those before must leave to it."""
 
@@ -49,13 +50,12 @@ class Coordinates:
         self._first_body = len(self.all) - 6 * len(multibody.bodies)
 
     def _of_joints(self, multibody: "_core.Multibody") -> list[Coordinate]:
-        names = [multibody.joints[j].name for j in self._joints]
-        return [
-            Coordinate(f"{name}.angle", f"{name}.angularRate", "rad", "rad/s")
-            if turns
-            else Coordinate(f"{name}.displacement", f"{name}.rate", "m", "m/s")
-            for turns, name in zip(self._turns, names, strict=True)
-        ]
+        result = []
+        for turns, j, first in zip(self._turns, self._joints, np.searchsorted(self._joints, self._joints), strict=True):
+            joint, unit = multibody.joints[j], "rad" if turns else "m"
+            names = [f"{joint.name}.{joint.word(len(result) - first, *words)}" for words in WORDS]
+            result.append(Coordinate(*names, unit, f"{unit}/s"))
+        return result
 
     def _of_modes(self, multibody: "_core.Multibody") -> list[Coordinate]:
         flexible = [(i, body) for i, body in enumerate(multibody.bodies) if body.modal is not None]
