@@ -3,8 +3,9 @@
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from layout import Link
-from solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
+
+from .layout import Link
+from .solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
 
 GREY, DARK, ORANGE = "#b9bec4", "#5d646c", "#e0973f"
 Part = tuple[Faces, str]

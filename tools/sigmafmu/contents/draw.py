@@ -1,30 +1,23 @@
-"""Draws a mechanism as it is at the start: the figure of its documentation and the icon of its FMU.
+"""Draws a mechanism as it is at the start: the figure of its documentation and the icon of its FMU."""
 
-    .venv/bin/python tools/fmu_contents/draw.py [MODEL ...]
-
-draws build/release/fmu/<Model>/mechanism.json into build/images, as the build does into every FMU.
-"""
-
-import json
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from labels import leader_end, place
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from raster import Camera, paint
-from scene_of import Scene, scene_of
-from solids import Faces, arrow
-from symbols import DARK
 
-ROOT = Path(__file__).resolve().parents[2]
+from .labels import leader_end, place
+from .raster import Camera, paint
+from .scene_of import Scene, scene_of
+from .solids import Faces, arrow
+from .symbols import DARK
+
 DPI = 130
 HALO = [withStroke(linewidth=2.5, foreground="white")]
 WIDTH = 960
@@ -189,14 +182,3 @@ def _extents(texts: list[str], points: float) -> np.ndarray:
         width = max(measure(line, font, line.startswith("$"))[0] for line in lines)
         extents.append((width, 1.35 * points * DPI / 72 * len(lines)))
     return np.array(extents)
-
-
-if __name__ == "__main__":
-    built, images = ROOT / "build" / "release" / "fmu", ROOT / "build" / "images"
-    images.mkdir(exist_ok=True)
-    for model in sys.argv[1:] or sorted(path.parent.name for path in built.glob("*/mechanism.json")):
-        read = json.loads((built / model / "mechanism.json").read_text(encoding="utf-8"))
-        folder = ROOT / "models" / "resources" / model
-        draw_figure(read, folder).save(images / f"{model}.png")
-        draw_icon(read, folder, images / f"{model}.icon.png")
-        sys.stdout.write(f"drew {model}\n")
