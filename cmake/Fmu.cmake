@@ -17,11 +17,11 @@ add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unlo
 target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
 target_include_directories(sigmafmu_fmi2 SYSTEM PUBLIC ${FMI2_INCLUDE_DIR})
 
-add_library(sigmafmu_interface STATIC fmu_src/fmi/interface.cpp)
-target_link_libraries(sigmafmu_interface PUBLIC sigmafmu_slave sigmafmu_json)
+add_library(sigmafmu_file_model STATIC fmu_src/fmi/definition_checksum.cpp)
+target_link_libraries(sigmafmu_file_model PUBLIC sigmafmu_slave sigmafmu_json)
 
 add_library(sigmafmu_describe STATIC modelDescription/describe.cpp modelDescription/dependencies.cpp)
-target_link_libraries(sigmafmu_describe PUBLIC sigmafmu_interface)
+target_link_libraries(sigmafmu_describe PUBLIC sigmafmu_file_model)
 target_include_directories(sigmafmu_describe SYSTEM PUBLIC ${NLOHMANN_JSON_INCLUDE_DIR})
 target_compile_definitions(sigmafmu_describe PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
 
@@ -123,12 +123,12 @@ install(FILES ${SIGMAFMU_FMUS} DESTINATION sigmafmu/fmus)
 
 set(SIGMAFMU_SLAVE_DIR ${CMAKE_CURRENT_BINARY_DIR}/slave)
 sigmafmu_add_binary(slave fmu_src/fmi/model_of_file.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
-target_link_libraries(slave PRIVATE sigmafmu_interface)
+target_link_libraries(slave PRIVATE sigmafmu_file_model)
 sigmafmu_add_library(describe ${CMAKE_CURRENT_SOURCE_DIR}/cmake/describe.map modelDescription/describe_library.cpp)
 target_link_libraries(describe PRIVATE sigmafmu_describe)
 set_target_properties(slave describe PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${SIGMAFMU_SLAVE_DIR}/${FMI2_PLATFORM})
 
-set(own fmi/model_of_file.cpp fmi/interface.cpp model/json.cpp)
+set(own fmi/model_of_file.cpp fmi/definition_checksum.cpp model/json.cpp)
 list(TRANSFORM own PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/ OUTPUT_VARIABLE sources)
 list(APPEND sources ${SIGMAFMU_BINARY_SOURCES})
 add_custom_command(

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "dependencies.h"
-#include "fmi/interface.h"
+#include "fmi/definition_checksum.h"
 #include "fmi/variables.h"
 #include "model/json.h"
 #include "solve/start/assembly.h"
@@ -203,7 +203,8 @@ std::string describe(Mechanism mechanism) {
       {"variables", std::move(list)},
       {"outputs", describe_dependencies(variables.list, mechanism)},
       {"elements", describe_elements(variables)},
-      {"interface", interface_checksum(mechanism, variables.list)},
+      {"checksums",
+       {{"variables", variables_checksum(variables.list)}, {"definition", definition_checksum(mechanism)}}},
       {"mechanism", definition},  // the text of mechanism.json
   };
   return description.dump(1) + "\n";

@@ -32,8 +32,6 @@ Model make_model(const char*) {{
   return model;
 }}
 
-void check_interface(const Model&, const std::vector<Port>&) {{}}  // it has been compiled
-
 }}  // namespace sigmafmu
 """
 

@@ -72,7 +72,9 @@ std::unique_ptr<Instance> instantiate(const char* name, std::unique_ptr<const Lo
   std::string identity = model.guid;
   if (model.resources != kNoChecksum) identity += hexadecimal(model.resources);
   auto instance = std::make_unique<Instance>(name, std::move(logger), model.mechanism, identity.c_str(), logs_events);
-  check_interface(model, instance->slave().variables());
+  if (!model.variables.empty() && model.variables != variables_checksum(instance->slave().variables())) {
+    throw Refused("The mechanism has other variables than modelDescription.xml; the FMU must be built again.");
+  }
   return instance;
 }
 

@@ -1,6 +1,6 @@
 // The model of an FMU whose mechanism is a file: resources/mechanism.json, with what the build knew of it in
 // resources/identity.json.
-#include "fmi/interface.h"
+#include "fmi/definition_checksum.h"
 #include "fmi/model.h"
 #include "fmi/resources.h"
 #include "fmi/slave.h"
@@ -38,23 +38,23 @@ const std::string& entry(const std::map<std::string, std::string>& texts, const 
 Model make_model(const char* location) {
   const std::string folder = resources_folder(location, kMechanism);
   Model model;
+  std::string definition;
   read(folder, kIdentity, [&](const std::string& text) {
     const auto identity = texts_from_json(text);
     model.guid = entry(identity, "guid");
-    model.interface_of_build = entry(identity, "interface");
+    model.variables = entry(identity, "variables");
+    definition = entry(identity, "definition");
   });
   read(folder, kMechanism, [&](const std::string& text) {
     model.mechanism = from_json(text);
     model.resources = checksum(text);
+    if (definition_checksum(model.mechanism) != definition) {
+      throw std::runtime_error(
+          "it has been edited since the build in more than values; names, connections, geometry and the choice of "
+          "variables need a new build.");
+    }
   });
   return model;
-}
-
-void check_interface(const Model& model, const std::vector<Port>& variables) {
-  if (interface_checksum(model.mechanism, variables) == model.interface_of_build) return;
-  fail<Refused>("resources/", kMechanism,
-                " is no longer what modelDescription.xml tells: values may be edited, but names, ",
-                "connections, geometry and what is exposed need a new build.");
 }
 
 }  // namespace sigmafmu

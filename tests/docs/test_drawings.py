@@ -174,6 +174,13 @@ def test_drawing_is_quick(picture):
     assert min(times) < 3.0
 
 
+def test_a_large_mechanism_has_no_names():
+    """They would hide it, and finding places for them takes minutes."""
+    drawing = draw.draw_figure(drawn.chain(draw.UNNAMED // 2 + 1), HERE)
+    assert [text.name for text in drawing.texts if "link" in text.name or "pin" in text.name] == []
+    assert (drawing.pixels[..., 3] > 0).mean() > 0.005
+
+
 def test_a_curved_flexible_body_is_drawn_along_its_nodes(tmp_path):
     angles = np.linspace(0, np.pi, 60)
     nodes = [(np.cos(a), np.sin(a), z) for a in angles for z in (-0.01, 0.01)]

@@ -296,9 +296,19 @@ REFUSED = {
 def test_edits_beyond_values_are_refused(resources, edit):
     files = resources()
     files.edit(edit)
+    (said,) = files.instantiate()
+    assert said == (
+        f"{files.folder / 'mechanism.json'}: it has been edited since the build in more than values; "
+        "names, connections, geometry and the choice of variables need a new build."
+    )
+
+
+def test_other_variables_are_refused(resources):
+    """As a binary of another version would have."""
+    files = resources()
+    files.edit(lambda identity: identity.update(variables="0" * 16), "identity.json")
     assert files.instantiate() == [
-        "resources/mechanism.json is no longer what modelDescription.xml tells: values may be edited, but names, "
-        "connections, geometry and what is exposed need a new build."
+        "The mechanism has other variables than modelDescription.xml; the FMU must be built again."
     ]
 
 
@@ -316,7 +326,7 @@ def test_edits_beyond_values_are_refused(resources, edit):
         ("identity.json", "{", "It is no JSON: "),
         ("identity.json", "[]", "It is []; it must be an object."),
         ("identity.json", '{"guid": 1}', "guid is 1; it must be a text."),
-        ("identity.json", '{"guid": "{}"}', "interface is missing."),
+        ("identity.json", '{"guid": "{}"}', "variables is missing."),
     ],
 )
 def test_damaged_file_is_one_message_that_names_it(resources, name, text, message):

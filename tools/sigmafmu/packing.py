@@ -105,7 +105,7 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     _write_text(tree / "modelDescription.xml", xml)
     (tree / "resources").mkdir()
     _write_text(tree / "resources" / MECHANISM, description.mechanism)
-    identity = {"guid": guid, "interface": description.told["interface"]}
+    identity = {"guid": guid, **description.told["checksums"]}
     _write_text(tree / "resources" / IDENTITY, json.dumps(identity, indent=2) + "\n")
     for name in _modal_files(description):
         if name in {MECHANISM, IDENTITY}:

@@ -26,6 +26,8 @@ MARGIN = np.array([150, 80])
 """Space for labels around the mechanism, in pixels."""
 DETAILED, CROWD = 16, 40
 """Up to so many labels have details and large letters."""
+UNNAMED = 120
+"""More labels than these would hide the picture: it has none."""
 APART = 28
 """Between the points where labels belong, in pixels."""
 EDGE = 12
@@ -95,6 +97,8 @@ def draw_icon(mechanism: dict[str, Any], resources: Path, path: Path) -> None:
 def draw_figure(mechanism: dict[str, Any], resources: Path) -> Picture:
     """The figure with names, W's axes and gravity."""
     scene = scene_of(mechanism, resources)
+    if len(scene.labels) > UNNAMED:
+        scene.labels.clear()
     many = len(scene.labels)
     camera = camera_for(scene, WIDTH if many <= CROWD else 3 * WIDTH // 2, None, MARGIN)
     extra, notes = _directions(scene, camera)
@@ -155,7 +159,7 @@ def _directions(scene: Scene, camera: Camera) -> tuple[list[tuple[Faces, str, bo
 
 def _anchors(scene: Scene, camera: Camera, groups: np.ndarray) -> np.ndarray:
     """A visible pixel of every labelled part, in its middle but apart from others; where the part is, if hidden."""
-    anchors = camera.project(np.array([label.point for label in scene.labels]))
+    anchors = camera.project(np.array([label.point for label in scene.labels]).reshape(-1, 3))
     rows, columns = np.nonzero(groups >= 0)
     owners = groups[rows, columns]
     order = np.argsort(owners, kind="stable")

@@ -1,10 +1,9 @@
-#include "fmi/interface.h"
+#include "fmi/definition_checksum.h"
 
 #include <algorithm>
 
 #include "model/json.h"
 #include "text/checksum.h"
-#include "text/text.h"
 
 namespace sigmafmu {
 namespace {
@@ -48,14 +47,8 @@ Mechanism without_values(Mechanism mechanism) {
 
 }  // namespace
 
-std::string interface_checksum(const Mechanism& mechanism, const std::vector<Port>& variables) {
-  std::uint64_t sum = checksum(to_json(without_values(mechanism)));
-  for (const Port& v : variables) {
-    const char* type = v.enumeration ? v.enumeration->name : v.type ? v.type->name : "";
-    sum = checksum(
-        text(v.name, ' ', static_cast<int>(v.causality), ' ', static_cast<int>(v.variability), ' ', type, '\n'), sum);
-  }
-  return hexadecimal(sum);
+std::string definition_checksum(const Mechanism& mechanism) {
+  return hexadecimal(checksum(to_json(without_values(mechanism))));
 }
 
 }  // namespace sigmafmu
