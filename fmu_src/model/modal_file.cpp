@@ -146,15 +146,7 @@ void check_stations(const Mechanism& mechanism, int body) {
 
 }  // namespace
 
-std::string utf8(const std::string& text) {
-  try {
-    Json(text).dump();
-    return text;
-  } catch (const Json::exception&) {
-    const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
-    return quoted.substr(1, quoted.size() - 2);
-  }
-}
+std::string utf8(const std::string& text) { return with_replacements(text); }
 
 std::vector<std::string> modal_files(const Mechanism& mechanism) {
   std::vector<std::string> files;
