@@ -69,8 +69,8 @@ std::unique_ptr<Instance> instantiate(const char* name, std::unique_ptr<const Lo
     model.resources = load_modal_files(model.mechanism, resources_folder(resources, files[0]), model.resources);
   }
   // A state belongs to the numbers that were read, too.
-  std::string identity = model.guid;
-  if (model.resources != kNoChecksum) identity += hexadecimal(model.resources);
+  const bool has_read = model.resources != kNoChecksum;
+  const std::string identity = (has_read ? hexadecimal(model.resources) : "") + model.guid;
   auto instance = std::make_unique<Instance>(name, std::move(logger), model.mechanism, identity.c_str(), logs_events);
   if (!model.variables.empty() && model.variables != variables_checksum(instance->slave().variables())) {
     throw Refused("The mechanism has other variables than modelDescription.xml; the FMU must be built again.");
