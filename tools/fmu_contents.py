@@ -63,7 +63,7 @@ def main() -> None:
         places = {"references": references, "errors": errors}
         module("write").write(description, options.resources, ROOT, options.tree, **places, ours=True)
         return
-    xml, guid = module("model_description").model_description(description, options.source, ours=True)
+    xml, guid = module("model_description").model_description(description, options.source)
     files = {
         options.tree / "modelDescription.xml": xml,
         options.folder / "mechanism.json": description.mechanism,

@@ -5,6 +5,7 @@ of the package, with a C interface, tells what modelDescription.xml has to say (
 """
 
 import ctypes
+import hashlib
 import json
 import os
 import shutil
@@ -100,17 +101,20 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
         file = tree / "sources" / name
         _write_text(file, file.read_text(encoding="utf-8").replace(PLACEHOLDER, description.model))
 
-    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
-    xml, guid = model_description(description, sources, ours=False)
-    _write_text(tree / "modelDescription.xml", xml)
-    (tree / "resources").mkdir()
-    _write_text(tree / "resources" / MECHANISM, description.mechanism)
-    identity = {"guid": guid, **description.told["checksums"]}
-    _write_text(tree / "resources" / IDENTITY, json.dumps(identity, indent=2) + "\n")
+    files = tree / "resources"
+    files.mkdir()
+    _write_text(files / MECHANISM, description.mechanism)
     for name in _modal_files(description):
         if name in {MECHANISM, IDENTITY}:
             raise SigmafmuError(f"a file of modal data is called {name}, as a file that every FMU has")
-        shutil.copyfile(resources / name, tree / "resources" / name)
+        shutil.copyfile(resources / name, files / name)
+    made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
+
+    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
+    xml, guid = model_description(description, sources, made_of)
+    _write_text(tree / "modelDescription.xml", xml)
+    identity = {"guid": guid, **description.told["checksums"]}
+    _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
     write(description, resources, TEXTS, tree, source=source, ours=False)
 
 

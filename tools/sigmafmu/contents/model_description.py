@@ -26,16 +26,14 @@ LOG_CATEGORIES = {
 }
 
 
-def model_description(description: Description, sources: list[str], *, ours: bool) -> tuple[str, str]:
-    """The file's text and its GUID, a hash of what the FMU is.
+def model_description(description: Description, sources: list[str], made_of: str = "") -> tuple[str, str]:
+    """The file's text and its GUID, a hash of the text without it.
 
-    `sources` are the files to compile, as they are named in the FMU's folder `sources`. `ours`: the mechanism is one of
-    this project, not a user's file, so it has our name and version, and the rest of what it is has been compiled.
+    `sources` are the files to compile, as they are named in the FMU's folder `sources`. `made_of` is a checksum of the
+    files of a user's mechanism, which stands in the text; a mechanism of this project has our name instead.
     """
-    root = _tree(description, sources, ours=ours)
-    root.set("guid", "")
-    what = _text(root) + ("" if ours else description.mechanism)
-    guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, what)}}}"
+    root = _tree(description, sources, made_of)
+    guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, _text(root))}}}"
     root.set("guid", guid)
     return _text(root), guid
 
@@ -45,9 +43,9 @@ def _text(root: etree._Element) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
 
 
-def _tree(description: Description, sources: list[str], *, ours: bool) -> etree._Element:
+def _tree(description: Description, sources: list[str], made_of: str) -> etree._Element:
     told = description.told
-    signed = {"author": AUTHOR, "version": told["version"]} if ours else {}
+    signed = {} if made_of else {"author": AUTHOR, "version": told["version"]}
     root = etree.Element(
         "fmiModelDescription",
         {
@@ -72,8 +70,12 @@ def _tree(description: Description, sources: list[str], *, ours: bool) -> etree.
     for name, text in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=text)
     etree.SubElement(root, "DefaultExperiment", description.experiment)
-    tool = etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", name="sigmafmu")
+    annotations = etree.SubElement(root, "VendorAnnotations")  # each can have one element
+    tool = etree.SubElement(annotations, "Tool", name="sigmafmu")
     etree.SubElement(tool, "DegreesOfFreedom", value=told["degreesOfFreedom"])
+    if made_of:
+        tool = etree.SubElement(annotations, "Tool", name="sigmafmu.build_fmu")
+        etree.SubElement(tool, "MechanismFile", checksum=made_of)
     variables = etree.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(description.variables):
         _variable(variables, variable, reference)
