@@ -102,6 +102,8 @@ test-asan: build ## run FMU and core tests under the address and undefined-behav
 	@$(IN_VENV) cmake --build --preset asan
 	@rm -rf $(ASAN_PACKAGE) && mkdir -p $(ASAN_PACKAGE) && cp -r tools/sigmafmu $(ASAN_PACKAGE)
 	@cp -r models/resources $(ASAN_PACKAGE)/sigmafmu
+	@mkdir $(ASAN_PACKAGE)/sigmafmu/texts
+	@cp --parents LICENSE docs/fmi.md docs/mechanisms.md docs/method.md $(ASAN_PACKAGE)/sigmafmu/texts
 	@$(IN_VENV) cmake --install build/asan --prefix $(ASAN_PACKAGE) > /dev/null
 	@PYTHONPATH="$(CURDIR)/$(ASAN_PACKAGE)" LD_PRELOAD="$(ASAN)" PYTHONMALLOC=malloc \
 	 ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \

@@ -1,5 +1,5 @@
-# Finds Eigen, nlohmann-json, tinyxml2, the FMI headers and (for the Python module) nanobind: installed ones, or those of
-# the Python packages cmeel-eigen, nlohmann-json, cmeel-tinyxml2, fmpy and nanobind. The private environment .venv is looked at first.
+# Finds Eigen, nlohmann-json, the FMI headers and (for the Python module) nanobind: installed ones, or those of the Python
+# packages cmeel-eigen, nlohmann-json, fmpy and nanobind. The private environment .venv is looked at first.
 
 if(NOT DEFINED Python_ROOT_DIR AND NOT DEFINED ENV{VIRTUAL_ENV} AND EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/.venv/bin/python
    AND NOT DEFINED Python_EXECUTABLE)
@@ -45,11 +45,6 @@ endif()
 find_path(NLOHMANN_JSON_INCLUDE_DIR nlohmann/json.hpp HINTS ${JSON_HEADERS} DOC "Folder that holds nlohmann/json.hpp")
 if(NOT NLOHMANN_JSON_INCLUDE_DIR)
   message(FATAL_ERROR "nlohmann/json.hpp was not found; set NLOHMANN_JSON_INCLUDE_DIR. ${SIGMAFMU_HINT}")
-endif()
-
-find_package(tinyxml2 QUIET)
-if(NOT tinyxml2_FOUND)
-  message(FATAL_ERROR "tinyxml2 was not found. ${SIGMAFMU_HINT}")
 endif()
 
 find_path(FMI2_INCLUDE_DIR fmi2Functions.h HINTS ${FMPY_HEADERS} DOC "Folder of the FMI 2.0 headers")

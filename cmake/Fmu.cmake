@@ -1,5 +1,6 @@
 # Builds <build>/fmus/<Model>.fmu for every file of models/:
-#   write_model_description -> modelDescription.xml without GUID -> GUID = hash of it -> binary that knows it -> zip.
+#   describe_model -> description.json -> modelDescription.xml, GUID = hash of it -> binary that knows it -> zip.
+# And what makes FMUs of files without a compiler: the slave that reads its mechanism, the library that describes it.
 
 add_library(sigmafmu_slave STATIC
   fmu_src/fmi/instance.cpp
@@ -16,9 +17,16 @@ add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unlo
 target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
 target_include_directories(sigmafmu_fmi2 SYSTEM PUBLIC ${FMI2_INCLUDE_DIR})
 
-add_executable(write_model_description modelDescription/write.cpp modelDescription/dependencies.cpp)
-target_link_libraries(write_model_description PRIVATE sigmafmu_slave sigmafmu_json sigmafmu_mechanisms tinyxml2::tinyxml2)
-target_compile_definitions(write_model_description PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
+add_library(sigmafmu_file_model STATIC fmu_src/fmi/definition_checksum.cpp)
+target_link_libraries(sigmafmu_file_model PUBLIC sigmafmu_slave sigmafmu_json)
+
+add_library(sigmafmu_describe STATIC modelDescription/describe.cpp modelDescription/dependencies.cpp)
+target_link_libraries(sigmafmu_describe PUBLIC sigmafmu_file_model)
+target_include_directories(sigmafmu_describe SYSTEM PUBLIC ${NLOHMANN_JSON_INCLUDE_DIR})
+target_compile_definitions(sigmafmu_describe PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
+
+add_executable(describe_model modelDescription/describe_model.cpp)
+target_link_libraries(describe_model PRIVATE sigmafmu_describe sigmafmu_mechanisms)
 
 # Where include paths start; the folder `sources` of an FMU holds what is included from here.
 get_target_property(eigen_dir Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
@@ -33,9 +41,10 @@ foreach(target sigmafmu_core sigmafmu_slave sigmafmu_fmi2)
 endforeach()
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES REPLACE "^fmu_src/" "" OUTPUT_VARIABLE SIGMAFMU_SOURCE_NAMES)
 list(TRANSFORM SIGMAFMU_BINARY_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
-file(GLOB SIGMAFMU_CONTENTS CONFIGURE_DEPENDS tools/fmu_contents/*.py tools/fmu_contents/templates/*
-     tools/fmu_contents/licenses/* models/errors/*.csv tests/references/*.csv)
-list(APPEND SIGMAFMU_CONTENTS docs/mechanisms.md docs/fmi.md docs/method.md LICENSE)
+set(contents tools/sigmafmu/contents)
+file(GLOB SIGMAFMU_CONTENTS CONFIGURE_DEPENDS ${contents}/*.py ${contents}/templates/* ${contents}/licenses/*
+     models/errors/*.csv tests/references/*.csv)
+list(APPEND SIGMAFMU_CONTENTS tools/fmu_contents.py docs/mechanisms.md docs/fmi.md docs/method.md LICENSE)
 file(GLOB_RECURSE SIGMAFMU_HEADERS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/*.h
      ${CMAKE_CURRENT_SOURCE_DIR}/models/*.h)
 
@@ -50,16 +59,16 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   set(resources ${CMAKE_CURRENT_SOURCE_DIR}/models/resources/${model})
   file(GLOB resource_files CONFIGURE_DEPENDS ${resources}/*)
 
+  set(names models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES})
   add_custom_command(
-    OUTPUT ${work}/model.cpp ${work}/mechanism.json ${work}/elements.json ${tree}/modelDescription.xml
-    COMMAND write_model_description ${model} ${work} ${resources}
-            models/${model}.cpp model.cpp ${SIGMAFMU_SOURCE_NAMES}
-    COMMAND ${CMAKE_COMMAND} -D MODEL=${model} -D BLANK=${work}/modelDescription.xml
-            -D XML=${tree}/modelDescription.xml -D SOURCE=${work}/model.cpp
-            -P ${CMAKE_CURRENT_SOURCE_DIR}/cmake/WriteGuid.cmake
-    DEPENDS write_model_description cmake/WriteGuid.cmake ${resource_files}
+    OUTPUT ${work}/description.json ${work}/model.cpp ${work}/mechanism.json ${tree}/modelDescription.xml
+    COMMAND describe_model ${model} ${resources} ${work}/description.json
+    COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents.py description ${work} --tree ${tree}
+            "--source=$<JOIN:${names},;--source=>"
+    DEPENDS describe_model tools/fmu_contents.py ${contents}/description.py ${contents}/model_description.py
+            ${resource_files}
     COMMENT "Writing modelDescription.xml of ${model}"
-    VERBATIM)
+    VERBATIM COMMAND_EXPAND_LISTS)
 
   sigmafmu_add_binary(${model} ${work}/model.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
   target_link_libraries(${model} PRIVATE sigmafmu_slave sigmafmu_models)
@@ -69,7 +78,7 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   add_custom_command(
     OUTPUT ${tree}/sources/buildDescription.xml
     COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_sources.py ${model} --output ${tree}/sources
-            "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" --root=${work} ${sources}
+            --own=models/${model}.cpp --own=model.cpp "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" --root=${work} ${sources}
     DEPENDS tools/fmu_sources.py cmake/FmuBinary.cmake cmake/fmi2.map cmake/source_fmu.cmake.in
             ${sources} ${SIGMAFMU_HEADERS}
     COMMENT "Collecting the sources of ${model}"
@@ -77,11 +86,9 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
 
   add_custom_command(
     OUTPUT ${tree}/documentation/index.html
-    COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents ${model}
-            --model-description ${tree}/modelDescription.xml
-            --mechanism ${work}/mechanism.json --elements ${work}/elements.json --resources ${resources}
-            --references ${CMAKE_CURRENT_SOURCE_DIR}/tests/references --output ${tree}
-    DEPENDS ${SIGMAFMU_CONTENTS} ${tree}/modelDescription.xml ${work}/mechanism.json ${work}/elements.json ${resource_files}
+    COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_contents.py contents ${work} --tree ${tree}
+            --resources ${resources}
+    DEPENDS ${SIGMAFMU_CONTENTS} ${work}/description.json ${resource_files}
     COMMENT "Writing the documentation of ${model}"
     VERBATIM)
 
@@ -111,3 +118,27 @@ endforeach()
 
 add_custom_target(fmus ALL DEPENDS ${SIGMAFMU_FMUS})
 install(FILES ${SIGMAFMU_FMUS} DESTINATION sigmafmu/fmus)
+
+# --- FMUs of files ---------------------------------------------------------------------------------------------------
+
+set(SIGMAFMU_SLAVE_DIR ${CMAKE_CURRENT_BINARY_DIR}/slave)
+sigmafmu_add_binary(slave fmu_src/fmi/model_of_file.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
+target_link_libraries(slave PRIVATE sigmafmu_file_model)
+sigmafmu_add_library(describe ${CMAKE_CURRENT_SOURCE_DIR}/cmake/describe.map modelDescription/describe_library.cpp)
+target_link_libraries(describe PRIVATE sigmafmu_describe)
+set_target_properties(slave describe PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${SIGMAFMU_SLAVE_DIR}/${FMI2_PLATFORM})
+
+set(own fmi/model_of_file.cpp fmi/definition_checksum.cpp model/json.cpp)
+list(TRANSFORM own PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/ OUTPUT_VARIABLE sources)
+list(APPEND sources ${SIGMAFMU_BINARY_SOURCES})
+add_custom_command(
+  OUTPUT ${SIGMAFMU_SLAVE_DIR}/sources/buildDescription.xml
+  COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_sources.py @MODEL@
+          --output ${SIGMAFMU_SLAVE_DIR}/sources "--own=$<JOIN:${own},;--own=>"
+          "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" ${sources}
+  DEPENDS tools/fmu_sources.py cmake/FmuBinary.cmake cmake/fmi2.map cmake/source_fmu.cmake.in ${sources}
+          ${SIGMAFMU_HEADERS}
+  COMMENT "Collecting the sources of FMUs of files"
+  VERBATIM COMMAND_EXPAND_LISTS)
+add_custom_target(slave_sources ALL DEPENDS ${SIGMAFMU_SLAVE_DIR}/sources/buildDescription.xml)
+install(DIRECTORY ${SIGMAFMU_SLAVE_DIR}/ DESTINATION sigmafmu/slave)

@@ -44,14 +44,19 @@ endif()
 
 set(SIGMAFMU_SYMBOLS ${CMAKE_CURRENT_LIST_DIR}/fmi2.map)
 
-# A library named like the model that shows nothing but fmi2*: no clash with other FMUs in the process.
-function(sigmafmu_add_binary model)
-  add_library(${model} MODULE ${ARGN})
-  set_target_properties(${model} PROPERTIES PREFIX "")
+# A library without a prefix that shows nothing but the symbols of a map: no clash with others in the process.
+function(sigmafmu_add_library name symbols)
+  add_library(${name} MODULE ${ARGN})
+  set_target_properties(${name} PROPERTIES PREFIX "")
   if(NOT APPLE AND NOT WIN32)
-    target_link_options(${model} PRIVATE -Wl,--version-script=${SIGMAFMU_SYMBOLS} -Wl,--gc-sections)
-    set_target_properties(${model} PROPERTIES LINK_DEPENDS ${SIGMAFMU_SYMBOLS})
+    target_link_options(${name} PRIVATE -Wl,--version-script=${symbols} -Wl,--gc-sections)
+    set_target_properties(${name} PROPERTIES LINK_DEPENDS ${symbols})
   elseif(APPLE)
-    set_target_properties(${model} PROPERTIES SUFFIX .dylib)
+    set_target_properties(${name} PROPERTIES SUFFIX .dylib)
   endif()
+endfunction()
+
+# The binary of an FMU, named like the model.
+function(sigmafmu_add_binary model)
+  sigmafmu_add_library(${model} ${SIGMAFMU_SYMBOLS} ${ARGN})
 endfunction()

@@ -54,9 +54,10 @@ def build_description(model: str, sources: list[str]) -> ElementTree.ElementTree
 def main() -> None:
     """Reads the command line that CMake gives."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("model")
+    parser.add_argument("model", help="its name; @MODEL@ where that is to be filled in")
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--root", type=Path, action="append", required=True, help="where include paths start")
+    parser.add_argument("--own", action="append", required=True, help="a source, by its place, that tells FMUs apart")
     parser.add_argument("source", type=Path, nargs="+")
     options = parser.parse_args()
     roots = [root.resolve() for root in options.root]
@@ -71,12 +72,11 @@ def main() -> None:
     for name in COPIED:
         shutil.copyfile(CMAKE / name, out / name)
     names = [place(source, roots).as_posix() for source in sources]
-    own = [f"models/{options.model}.cpp", "model.cpp"]
     lists = (CMAKE / TEMPLATE).read_text()
     for key, text in {
         "MODEL": options.model,
-        "MODEL_SOURCES": " ".join(own),
-        "SHARED_SOURCES": "\n  ".join(name for name in names if name not in own),
+        "MODEL_SOURCES": " ".join(options.own),
+        "SHARED_SOURCES": "\n  ".join(name for name in names if name not in options.own),
     }.items():
         lists = lists.replace(f"@{key}@", text)
     (out / "CMakeLists.txt").write_text(lists)

@@ -12,9 +12,6 @@
 #include <vector>
 
 #include "fmi/instance.h"
-#include "fmi/model.h"
-#include "fmi/resources.h"
-#include "model/modal_file.h"
 #include "text/text.h"
 
 #if defined _WIN32 || defined __CYGWIN__
@@ -77,18 +74,6 @@ fmi2Status no_status(fmi2Component c, const char* function) noexcept {
   });
 }
 
-// The mechanism with its modal data. Only mechanisms that have such files look at the resource location.
-Mechanism load_mechanism(fmi2String resources) {
-  Mechanism mechanism = make_mechanism();
-  const auto files = modal_files(mechanism);
-  if (files.empty()) return mechanism;
-  if (!resources || !*resources) {
-    fail<Refused>("The resource location is missing; this FMU reads ", files[0], " from there.");
-  }
-  load_modal_files(mechanism, folder_of_uri(resources));
-  return mechanism;
-}
-
 // Whether events are among the categories; none means all.
 bool names_events(const fmi2String categories[], std::size_t count) {
   bool events = count == 0;
@@ -134,9 +119,8 @@ SIGMAFMU_EXPORT fmi2Component fmi2Instantiate(fmi2String instance, fmi2Type type
   try {
     if (!instance || !*instance) throw Refused("The instance name is missing; it must not be empty.");
     if (type != fmi2CoSimulation) throw Refused("This FMU is for co-simulation alone.");
-    if (!guid || std::strcmp(guid, kGuid) != 0) fail<Refused>("The GUID does not fit; it must be ", kGuid, ".");
-    return new Instance(instance, std::make_unique<Fmi2Logger>(*functions), load_mechanism(resources), kGuid,
-                        logging != fmi2False);
+    return instantiate(instance, std::make_unique<Fmi2Logger>(*functions), guid, resources, logging != fmi2False)
+        .release();
   } catch (...) {
     report_exception(Fmi2Logger(*functions), instance ? instance : "", Status::error);
     return nullptr;

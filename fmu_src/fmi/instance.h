@@ -59,6 +59,11 @@ class Instance final : private Listener {
   Slave slave_;
 };
 
+// An instance of this FMU's model (model.h). Whatever an FMU reads, it reads here. `guid` and `resources` (a location)
+// are what the master passes, perhaps null. Throws std::exception with one sentence.
+std::unique_ptr<Instance> instantiate(const char* name, std::unique_ptr<const Logger> logger, const char* guid,
+                                      const char* resources, bool logs_events);
+
 // Runs body(slave) or Status body(instance) if the call is legal now, turns exceptions into a status and one message.
 // Nothing is thrown through a C interface. `when_discarded` is the status of a failed computation.
 template <typename Body>

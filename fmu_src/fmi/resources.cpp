@@ -64,4 +64,9 @@ std::string folder_of_uri(const std::string& uri) {
   return drive ? path.substr(1) : path;
 }
 
+std::string resources_folder(const char* location, const std::string& file) {
+  if (location && *location) return folder_of_uri(location);
+  fail<std::runtime_error>("The resource location is missing; this FMU reads ", file, " from there.");
+}
+
 }  // namespace sigmafmu

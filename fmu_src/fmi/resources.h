@@ -10,4 +10,8 @@ namespace sigmafmu {
 // scheme and for %00.
 std::string folder_of_uri(const std::string& uri);
 
+// The folder of the resources at a location that a master gave, perhaps none. Throws std::runtime_error where it gave
+// none; `file` is what is to be read from there.
+std::string resources_folder(const char* location, const std::string& file);
+
 }  // namespace sigmafmu

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "text/checksum.h"
+
 namespace sigmafmu {
 namespace {
 
@@ -121,13 +123,6 @@ class Sizes {
   std::size_t count_ = 0;
 };
 
-// FNV-1a, 64 bit: guards against truncation and accidents, not against attackers.
-std::uint64_t checksum(const char* data, std::size_t size) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (std::size_t i = 0; i < size; ++i) hash = (hash ^ static_cast<unsigned char>(data[i])) * 0x100000001b3ULL;
-  return hash;
-}
-
 }  // namespace
 
 bool same_sizes(const Snapshot& a, const Snapshot& b) {
@@ -143,7 +138,7 @@ std::vector<char> serialize(const Snapshot& snapshot, const std::string& identit
   writer(kFormat);
   writer(std::vector<char>(identity.begin(), identity.end()));
   visit(writer, snapshot);
-  writer(checksum(writer.bytes.data(), writer.bytes.size()));
+  writer(checksum({writer.bytes.data(), writer.bytes.size()}));
   return std::move(writer.bytes);
 }
 
@@ -153,7 +148,7 @@ Snapshot deserialize(const char* bytes, std::size_t size, const std::string& ide
     throw std::invalid_argument("The bytes are no serialized FMU state of sigmafmu.");
   }
   std::memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
-  if (sum != checksum(bytes, size - sizeof sum)) {
+  if (sum != checksum({bytes, size - sizeof sum})) {
     throw std::invalid_argument("The serialized FMU state is truncated or damaged: its checksum is wrong.");
   }
   Reader reader(bytes + sizeof kMagic, bytes + size - sizeof sum);

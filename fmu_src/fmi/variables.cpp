@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "text/checksum.h"
 #include "text/glob.h"
 
 namespace sigmafmu {
@@ -144,6 +145,18 @@ Variables make_variables(const Mechanism& mechanism, const System& system) {
   const auto hidden = [&](const Port& port) { return !exposed(port); };
   all.list.erase(std::remove_if(all.list.begin(), all.list.end(), hidden), all.list.end());
   return all;
+}
+
+std::string variables_checksum(const std::vector<Port>& variables) {
+  std::uint64_t sum = kNoChecksum;
+  for (const Port& v : variables) {
+    const char* type = v.enumeration ? v.enumeration->name : v.type ? v.type->name : "";
+    for (const std::string& word : {v.name, std::string(type), std::to_string(static_cast<int>(v.causality)),
+                                    std::to_string(static_cast<int>(v.variability))}) {
+      sum = checksum(word + "\n", sum);
+    }
+  }
+  return hexadecimal(sum);
 }
 
 }  // namespace sigmafmu

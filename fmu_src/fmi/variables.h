@@ -1,6 +1,7 @@
 // The variables of an FMU: the ports of its mechanism that are exposed, and those of the integrator.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "integrator/state.h"
@@ -21,5 +22,8 @@ struct Variables {
 Variables make_variables(const Mechanism& mechanism, const System& system);
 // Those that are not exposed as well.
 Variables make_all_variables(const Mechanism& mechanism, const System& system);
+
+// A checksum of the table: what value references mean.
+std::string variables_checksum(const std::vector<Port>& variables);
 
 }  // namespace sigmafmu

@@ -415,4 +415,17 @@ Mechanism from_json(const std::string& text) try {
   fail<std::invalid_argument>(e.what());
 }
 
+std::map<std::string, std::string> texts_from_json(const std::string& text) try {
+  const json::Json content = json::parse_json(text, "It is no JSON: ");
+  if (!content.is_object()) fail<std::runtime_error>("It is ", json::excerpt(content), "; it must be an object.");
+  std::map<std::string, std::string> texts;
+  for (const auto& [key, value] : content.items()) {
+    if (!value.is_string()) fail<std::runtime_error>(key, " is ", json::excerpt(value), "; it must be a text.");
+    texts[key] = value.get<std::string>();
+  }
+  return texts;
+} catch (const std::runtime_error& e) {
+  fail<std::invalid_argument>(e.what());
+}
+
 }  // namespace sigmafmu

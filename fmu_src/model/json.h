@@ -5,6 +5,7 @@
 // definition has a default; what is not set, as a joint's initial angle, has no key.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "model/mechanism.h"
@@ -16,5 +17,8 @@ namespace sigmafmu {
 // and names of no body, to_json for what JSON cannot hold. What the numbers mean is left to validate.
 std::string to_json(const Mechanism& mechanism);
 Mechanism from_json(const std::string& text);
+
+// A JSON object of texts, by their keys. Throws std::invalid_argument for anything else.
+std::map<std::string, std::string> texts_from_json(const std::string& text);
 
 }  // namespace sigmafmu

@@ -23,6 +23,17 @@ inline std::string excerpt(const Json& value) {
   return text.substr(0, end);
 }
 
+// The text with replacement characters for bytes that are no UTF-8.
+inline std::string with_replacements(const std::string& text) {
+  try {
+    Json(text).dump();
+    return text;
+  } catch (const Json::exception&) {
+    const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+    return quoted.substr(1, quoted.size() - 2);
+  }
+}
+
 // Throws std::runtime_error with one sentence that begins with `complaint`. Keys that are there twice are refused, and
 // deep nesting, since values are destroyed and printed by recursion.
 inline Json parse_json(const std::string& text, const std::string& complaint) {
@@ -41,7 +52,7 @@ inline Json parse_json(const std::string& text, const std::string& complaint) {
   try {
     return Json::parse(text, check);
   } catch (const Json::exception& e) {
-    fail<std::runtime_error>(complaint, e.what(), ".");
+    fail<std::runtime_error>(complaint, with_replacements(e.what()), ".");  // it quotes what it reads
   }
 }
 

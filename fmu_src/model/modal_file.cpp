@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <vector>
 
 #include "model/json_values.h"
 #include "model/validation.h"
+#include "text/file.h"
 #include "text/text.h"
 
 namespace sigmafmu {
@@ -122,11 +121,8 @@ ModalDef read(const Json& content, int modes) {
 }
 
 // Reads what the file is for; damping and initial values stay those of the definition.
-void load(RigidBodyDef& body, const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail("it cannot be opened; the FMU needs this file with the modal data of a flexible body.");
-  ModalDef modal =
-      read(parse_json({std::istreambuf_iterator<char>(file), {}}, "it is no JSON file: "), body.modal->modes);
+void load(RigidBodyDef& body, const std::string& text) {
+  ModalDef modal = read(parse_json(text, "it is no JSON file: "), body.modal->modes);
   const ModalDef& own = *body.modal;
   modal.file = own.file;
   modal.modes = own.modes;
@@ -150,15 +146,7 @@ void check_stations(const Mechanism& mechanism, int body) {
 
 }  // namespace
 
-std::string utf8(const std::string& text) {
-  try {
-    Json(text).dump();
-    return text;
-  } catch (const Json::exception&) {
-    const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
-    return quoted.substr(1, quoted.size() - 2);
-  }
-}
+std::string utf8(const std::string& text) { return with_replacements(text); }
 
 std::vector<std::string> modal_files(const Mechanism& mechanism) {
   std::vector<std::string> files;
@@ -168,19 +156,24 @@ std::vector<std::string> modal_files(const Mechanism& mechanism) {
   return files;
 }
 
-void load_modal_files(Mechanism& mechanism, const std::string& folder) {
+std::uint64_t load_modal_files(Mechanism& mechanism, const std::string& folder, std::uint64_t before) {
+  std::uint64_t sum = before;
   auto& bodies = mechanism.multibody.bodies;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies[i].modal || bodies[i].modal->file.empty()) continue;
     validation::validate_modal_file(bodies[i].name, *bodies[i].modal);
-    const auto path = std::filesystem::u8path(folder) / std::filesystem::u8path(bodies[i].modal->file);
+    const std::string path = path_in(folder, bodies[i].modal->file);
     try {
-      load(bodies[i], path);
+      const auto text = read_file(path);
+      if (!text) fail("it cannot be opened; the FMU needs this file with the modal data of a flexible body.");
+      load(bodies[i], *text);
+      sum = checksum(*text, sum);
       check_stations(mechanism, static_cast<int>(i));
     } catch (const std::exception& e) {
-      fail(utf8(path.u8string()), ": ", e.what());
+      fail(utf8(path), ": ", e.what());
     }
   }
+  return sum;
 }
 
 }  // namespace sigmafmu

@@ -1,8 +1,6 @@
 """Figures and icons of mechanisms: those of the FMUs, and others that no one has posed for a picture."""
 
-import importlib
 import json
-import sys
 import time
 from pathlib import Path
 
@@ -11,23 +9,15 @@ import pytest
 from PIL import Image
 
 from sigmafmu import _core
+from sigmafmu.contents import draw, scene_of, solids, symbols
+from sigmafmu.contents.layout import Layout
+
+from . import drawn
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).parent
 
 
-def modules(*names):
-    """Modules that are no package: found in their folders while they are read."""
-    folders = [str(ROOT / "tools" / "fmu_contents"), str(HERE)]
-    sys.path[:0] = folders
-    try:
-        return [importlib.import_module(name) for name in names]
-    finally:
-        for folder in folders:
-            sys.path.remove(folder)
-
-
-draw, layouts, drawn = modules("draw", "layout", "drawn")
 OTHERS = {
     "tree 0": drawn.random_tree(0),
     "tree 1": drawn.random_tree(1),
@@ -81,7 +71,7 @@ def check(mechanism, picture, folder):
             assert (corner >= 0).all(), text.text
             assert (corner <= (camera.width, camera.height)).all(), text.text
 
-    layout = layouts.Layout(mechanism, folder)
+    layout = Layout(mechanism, folder)
     pixels = camera.project(layout.points)
     assert (pixels >= 0).all()
     assert (pixels <= (camera.width, camera.height)).all()
@@ -124,11 +114,10 @@ def test_icon_shows_something_and_is_transparent_around(name, picture, tmp_path)
 
 def test_symbols_of_all_joint_types_differ():
     """Each type has its own solid; a type that is not known is a ball, a free joint nothing."""
-    symbols, solids = modules("symbols", "solids")
     shapes = {}
     for kind in drawn.TYPES:
         entry = drawn.joint("j", kind, ("ground", "b"), (0, 0, 0.5), (0, 0, 0))
-        layout = layouts.Layout({"bodies": [drawn.body("b", (0, 0, 0.5))], "joints": [entry]}, HERE)
+        layout = Layout({"bodies": [drawn.body("b", (0, 0, 0.5))], "joints": [entry]}, HERE)
         parts = [faces for faces, _ in symbols.joint(layout.joints[0], 0.01)]
         shapes[kind] = np.concatenate(parts) if parts else np.zeros(0)
     assert len({shape.tobytes() for shape in shapes.values()}) == len(drawn.TYPES)
@@ -137,9 +126,8 @@ def test_symbols_of_all_joint_types_differ():
 
 def test_symbols_of_forces_differ():
     """A coil for what acts along a line, and a symbol of its own for every other."""
-    (symbols,) = modules("symbols")
     bodies = [drawn.body(name, place) for name, place in (("a", (0, 0, 0)), ("b", (0.5, 0.2, 0)))]
-    layout = layouts.Layout({"bodies": bodies, "forces": drawn.forces_of_all_types("a", "b")}, HERE)
+    layout = Layout({"bodies": bodies, "forces": drawn.forces_of_all_types("a", "b")}, HERE)
     shapes = {}
     for link in layout.forces:
         faces = np.concatenate([faces for faces, _ in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
@@ -154,7 +142,6 @@ def test_symbols_of_forces_differ():
 
 def test_solids_face_outward():
     """The volume within faces is positive: a solid inside out would not be seen."""
-    (solids,) = modules("solids")
     path = np.column_stack([np.linspace(0, 1, 5), np.zeros(5), np.zeros(5)])
     volumes = {
         "cylinder": (solids.cylinder((1, 2, 3), (1, 2, 5), 0.5, 200), np.pi * 0.25 * 2),
@@ -170,9 +157,8 @@ def test_solids_face_outward():
 
 
 def test_a_rail_goes_on_beyond_the_block_on_it():
-    scenes, symbols = modules("scene_of", "symbols")
-    layout = layouts.Layout(drawn.block_on_a_rail(), HERE)
-    block, _ = scenes.equal_solid(layout.bodies["block"], layout.thickness, layout.size)
+    layout = Layout(drawn.block_on_a_rail(), HERE)
+    block, _ = scene_of.equal_solid(layout.bodies["block"], layout.thickness, layout.size)
     rail = np.concatenate([faces for faces, _ in symbols.joint(layout.joints[0], layout.thickness)])
     assert np.ptp(rail.reshape(-1, 3) @ layout.joints[0].axes[0][:, 2]) > 1.5 * np.ptp(block[..., 0])
     assert np.abs(block[..., 2]).max() == pytest.approx(0.035), "the hook is on the block's surface"
@@ -181,16 +167,15 @@ def test_a_rail_goes_on_beyond_the_block_on_it():
 def test_joints_at_a_node_are_where_the_node_is():
     mechanism = json.loads(_core.to_json(_core.mechanism("FlexiblePendulum")))
     mechanism["joints"][0]["frame2"]["node"] = 43
-    (joint,) = layouts.Layout(mechanism, resources("FlexiblePendulum")).joints
+    (joint,) = Layout(mechanism, resources("FlexiblePendulum")).joints
     assert joint.points[1] == pytest.approx([1.0, -0.02, -0.02])
 
 
 def test_a_disk_has_the_inertia_of_its_body():
     """The top is a thin disk: 15 kg with radius 0.25 m."""
-    (scenes,) = modules("scene_of")
     mechanism = json.loads(_core.to_json(_core.mechanism("HeavyTop")))
-    layout = layouts.Layout(mechanism, HERE)
-    faces, axis = scenes.equal_solid(layout.bodies["top"], layout.thickness, layout.size)
+    layout = Layout(mechanism, HERE)
+    faces, axis = scene_of.equal_solid(layout.bodies["top"], layout.thickness, layout.size)
     assert np.abs(axis) == pytest.approx([0, 1, 0])
     assert np.ptp(faces[..., 0]) == pytest.approx(0.5, rel=1e-3)
     assert np.ptp(faces[..., 1]) < 0.05
@@ -204,6 +189,13 @@ def test_drawing_is_quick(picture):
         draw.draw_figure(mechanism, HERE)
         times.append(time.perf_counter() - start)
     assert min(times) < 3.0
+
+
+def test_a_large_mechanism_has_no_names():
+    """They would hide it, and finding places for them takes minutes."""
+    drawing = draw.draw_figure(drawn.chain(draw.UNNAMED // 2 + 1), HERE)
+    assert [text.name for text in drawing.texts if "link" in text.name or "pin" in text.name] == []
+    assert (drawing.pixels[..., 3] > 0).mean() > 0.005
 
 
 def test_a_curved_flexible_body_is_drawn_along_its_nodes(tmp_path):

@@ -4,6 +4,7 @@ import ctypes
 import itertools
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -89,6 +90,17 @@ def flexible_bodies(fmu: Fmu) -> list[str]:
 
 def owners(fmu: Fmu, variable: str) -> list[str]:
     return [name.removesuffix(variable) for name in fmu.variables if name.endswith(variable)]
+
+
+def is_made_of_a_file(fmu: Fmu) -> bool:
+    """Whether it reads its mechanism from the resources."""
+    return (fmu.directory / "resources" / "mechanism.json").exists()
+
+
+def modal_files(fmu: Fmu) -> list[Path]:
+    """The modal data of its flexible bodies."""
+    own = {"mechanism.json", "identity.json"}
+    return sorted(path for path in (fmu.directory / "resources").glob("*.json") if path.name not in own)
 
 
 class Instance:
@@ -258,7 +270,7 @@ def fastest_rotation(instance: Instance) -> float:
     stiffness = sum(float(instance.get(f"{s}.stiffness").max()) for s in owners(instance.fmu, ".stiffness[1]"))
     if masses:  # a bar rocks faster than it bounces, and its energy goes up and down twice as fast
         rates.append(4 * np.sqrt(stiffness / min(masses)))
-    for path in (instance.fmu.directory / "resources").glob("*.json"):
+    for path in modal_files(instance.fmu):
         held = max(json.loads(path.read_text())["frequencies"])  # Hz, with the frame held: less than those of the body
         rates.append(1.5 * 2 * np.pi * held)
     return max(1.0, *rates)

@@ -1,13 +1,11 @@
 """What an FMU says about itself: documentation, licences, icon, terminals, types, and a reference with its bounds."""
 
 import csv
-import importlib.util
 import re
 import struct
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
-from types import ModuleType
 
 import fmpy
 import numpy as np
@@ -16,6 +14,7 @@ from lxml import etree
 
 from research.reference import group_of
 from sigmafmu.compare import read_reference
+from sigmafmu.contents import markdown, numbers_in_text
 from sigmafmu.fmu import Fmu
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -184,7 +183,7 @@ def test_no_number_of_the_documentation_breaks(tree):
         ('<a href="#1 s">x2 s</a>', []),
     ],
 )
-def test_numbers_keep_their_units(numbers_in_text, text, kept):
+def test_numbers_keep_their_units(text, kept):
     html = numbers_in_text.keep_together(text)
     assert re.findall('<span class="nb">(.*?)</span>', html) == kept
     assert re.sub('<span class="nb">(.*?)</span>', r"\1", html) == text
@@ -224,35 +223,16 @@ def test_benchmark_mechanisms_have_everything(models):
         assert f"## {reference.stem}\n" in sections
 
 
-def tool(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"fmu_{name}", ROOT / "tools" / "fmu_contents" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def markdown() -> ModuleType:
-    """What the build makes of the files in docs/."""
-    return tool("markdown")
-
-
-@pytest.fixture(scope="module")
-def numbers_in_text() -> ModuleType:
-    """What keeps numbers and units together."""
-    return tool("numbers_in_text")
-
-
-def test_links_to_other_files_of_docs_become_text(markdown):
+def test_links_to_other_files_of_docs_become_text():
     html = markdown.html("[a](https://b.c/d) [*e* f](e.md) `g`")
     assert html == '<p><a href="https://b.c/d">a</a> <em>e</em> f <code>g</code></p>\n'
 
 
-def test_headings_fit_below_those_of_the_page(markdown):
+def test_headings_fit_below_those_of_the_page():
     assert markdown.html("## A `b`") == "<h3>A <code>b</code></h3>\n"
 
 
-def test_markup_is_not_taken_for_html(markdown):
+def test_markup_is_not_taken_for_html():
     assert markdown.html("a < b <b>c</b>") == "<p>a &lt; b &lt;b&gt;c&lt;/b&gt;</p>\n"
 
 

@@ -22,6 +22,7 @@ from .helpers import (
     counters,
     fastest_rotation,
     inputs,
+    modal_files,
     orders,
     real_outputs,
     rigid_bodies,
@@ -53,7 +54,7 @@ def without_symmetry(model: str) -> Fmu:
     """An FMU whose modal data, if it has some, are those of nodes and modes pushed aside by a tenth of their size."""
     fmu = Fmu.of_model(model)
     rng = np.random.default_rng(7)
-    for path in (fmu.directory / "resources").glob("*.json"):
+    for path in modal_files(fmu):
         data = json.loads(path.read_text())
         for key in ("X", "Phi"):
             values = np.array(data[key])

@@ -358,8 +358,9 @@ void bind_definitions(nb::module_& m) {
       .def("set", &set_parameter, "name"_a, "value"_a, "Set a parameter by the name it has in the FMU.");
   m.def("to_json", &to_json, "mechanism"_a, "The mechanism as text; its modal data stay in their files.");
   m.def("from_json", &from_json, "text"_a, "A mechanism from text, as yet without the modal data of its files.");
-  m.def("load_modal_files", &load_modal_files, "mechanism"_a, "folder"_a,
-        "Read the modal data of its flexible bodies.");
+  m.def(
+      "load_modal_files", [](Mechanism& mechanism, const std::string& folder) { load_modal_files(mechanism, folder); },
+      "mechanism"_a, "folder"_a, "Read the modal data of its flexible bodies.");
   m.def("axes_with_z", &axes_with_z, "z"_a);
   m.def(
       "assemble",

@@ -6,6 +6,7 @@
 >>> fmpy.simulate_fmu(sigmafmu.fmu_path("HeavyTop"))  # doctest: +SKIP
 """
 
+import importlib
 import os
 from importlib.metadata import version
 from pathlib import Path
@@ -41,10 +42,11 @@ def fmu_path(model: str) -> Path:
     return path
 
 
-def __getattr__(name: str) -> Any:
-    """`sigmafmu.linearize` and `sigmafmu.trim`, imported when they are asked for."""
-    if name not in {"linearize", "trim"}:
-        raise AttributeError(f"module 'sigmafmu' has no attribute '{name}'")
-    from sigmafmu import linear
+_MODULES = {"build_fmu": "sigmafmu.packing", "linearize": "sigmafmu.linear", "trim": "sigmafmu.linear"}
+"""What is imported when it is asked for."""
 
-    return getattr(linear, name)
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'sigmafmu' has no attribute '{name}'")
+    return getattr(importlib.import_module(_MODULES[name]), name)

@@ -1,30 +1,23 @@
-"""Draws a mechanism as it is at the start: the figure of its documentation and the icon of its FMU.
+"""Draws a mechanism as it is at the start: the figure of its documentation and the icon of its FMU."""
 
-    .venv/bin/python tools/fmu_contents/draw.py [MODEL ...]
-
-draws build/release/fmu/<Model>/mechanism.json into build/images, as the build does into every FMU.
-"""
-
-import json
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from labels import leader_end, place
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from raster import Camera, paint
-from scene_of import Scene, scene_of
-from solids import Faces, arrow
-from symbols import DARK
 
-ROOT = Path(__file__).resolve().parents[2]
+from .labels import leader_end, place
+from .raster import Camera, paint
+from .scene_of import Scene, scene_of
+from .solids import Faces, arrow
+from .symbols import DARK
+
 DPI = 130
 HALO = [withStroke(linewidth=2.5, foreground="white")]
 WIDTH = 960
@@ -33,6 +26,8 @@ MARGIN = np.array([150, 80])
 """Space for labels around the mechanism, in pixels."""
 DETAILED, CROWD = 16, 40
 """Up to so many labels have details and large letters."""
+UNNAMED = 120
+"""More labels than these would hide the picture: it has none."""
 APART = 28
 """Between the points where labels belong, in pixels."""
 EDGE = 12
@@ -102,6 +97,8 @@ def draw_icon(mechanism: dict[str, Any], resources: Path, path: Path) -> None:
 def draw_figure(mechanism: dict[str, Any], resources: Path) -> Picture:
     """The figure with names, W's axes and gravity."""
     scene = scene_of(mechanism, resources)
+    if len(scene.labels) > UNNAMED:
+        scene.labels.clear()
     many = len(scene.labels)
     camera = camera_for(scene, WIDTH if many <= CROWD else 3 * WIDTH // 2, None, MARGIN)
     extra, notes = _directions(scene, camera)
@@ -162,7 +159,7 @@ def _directions(scene: Scene, camera: Camera) -> tuple[list[tuple[Faces, str, bo
 
 def _anchors(scene: Scene, camera: Camera, groups: np.ndarray) -> np.ndarray:
     """A visible pixel of every labelled part, in its middle but apart from others; where the part is, if hidden."""
-    anchors = camera.project(np.array([label.point for label in scene.labels]))
+    anchors = camera.project(np.array([label.point for label in scene.labels]).reshape(-1, 3))
     rows, columns = np.nonzero(groups >= 0)
     owners = groups[rows, columns]
     order = np.argsort(owners, kind="stable")
@@ -189,14 +186,3 @@ def _extents(texts: list[str], points: float) -> np.ndarray:
         width = max(measure(line, font, line.startswith("$"))[0] for line in lines)
         extents.append((width, 1.35 * points * DPI / 72 * len(lines)))
     return np.array(extents)
-
-
-if __name__ == "__main__":
-    built, images = ROOT / "build" / "release" / "fmu", ROOT / "build" / "images"
-    images.mkdir(exist_ok=True)
-    for model in sys.argv[1:] or sorted(path.parent.name for path in built.glob("*/mechanism.json")):
-        read = json.loads((built / model / "mechanism.json").read_text(encoding="utf-8"))
-        folder = ROOT / "models" / "resources" / model
-        draw_figure(read, folder).save(images / f"{model}.png")
-        draw_icon(read, folder, images / f"{model}.icon.png")
-        sys.stdout.write(f"drew {model}\n")

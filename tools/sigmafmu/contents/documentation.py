@@ -4,27 +4,49 @@ import re
 import shutil
 from itertools import groupby
 from pathlib import Path
+from urllib.parse import quote
 
-import markdown
-from description import Description, Group, Variable
-from draw import Picture
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
-from numbers_in_text import keep_together
-from reference import FOLDER, SAFETY, Experiment
+
+from . import markdown
+from .description import Description, Group, Variable
+from .draw import Picture
+from .model_description import LICENSE
+from .numbers_in_text import keep_together
+from .reference import FOLDER, SAFETY, Experiment
 
 HERE = Path(__file__).parent
+SOURCE = "source"
+"""Folder of the file that a mechanism was made from."""
 
 
-def write(description: Description, experiment: Experiment | None, picture: Picture, root: Path, out: Path) -> None:
-    """Writes the documentation of a model into the FMU's folder `out`; `root` is the project's folder."""
+def write(
+    description: Description,
+    picture: Picture,
+    texts: Path,
+    out: Path,
+    *,
+    experiment: Experiment | None = None,
+    source: Path | None = None,
+    ours: bool,
+) -> None:
+    """Writes the documentation of a model into the FMU's folder `out`.
+
+    `texts` is the folder of LICENSE and docs/, from which it quotes: what they say of the mechanism if it is `ours`.
+    The file `source`, from which the mechanism was made, is put beside.
+    """
     folder = out / "documentation"
     shutil.copytree(HERE / "licenses", folder / "licenses")
-    shutil.copyfile(root / "LICENSE", folder / "licenses" / "sigmafmu-BSD-3-Clause.txt")
+    shutil.copyfile(texts / "LICENSE", folder / "licenses" / "sigmafmu-BSD-3-Clause.txt")
+    if source:
+        (folder / SOURCE).mkdir()
+        shutil.copyfile(source, folder / SOURCE / source.name)
     figure = f"{description.model}.png"
     picture.save(folder / figure)
 
-    mechanisms, fmi, method = (_read(root / "docs" / name) for name in ("mechanisms.md", "fmi.md", "method.md"))
+    mechanisms, fmi, method = (_read(texts / "docs" / name) for name in ("mechanisms.md", "fmi.md", "method.md"))
+    preamble = markdown.preamble(mechanisms)
     environment = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
@@ -36,6 +58,8 @@ def write(description: Description, experiment: Experiment | None, picture: Pict
         "fmu": description,
         "experiment": experiment,
         "figure": figure,
+        "license": LICENSE,
+        "source": {"name": source.name, "url": f"{SOURCE}/{quote(source.name)}"} if source else None,
         "ls_ref": FOLDER.as_posix(),
         "safety": SAFETY,
         "flexible": description.owners("body", "flexible"),
@@ -43,8 +67,8 @@ def write(description: Description, experiment: Experiment | None, picture: Pict
     }
     index = environment.get_template("index.html.j2").render(
         facts,
-        frames=_html(markdown.preamble(mechanisms)),
-        mechanism=_html(markdown.section(mechanisms, description.model) or ""),
+        frames=_html(preamble if ours else preamble.strip().partition("\n\n")[0]),  # what follows is about ours
+        mechanism=_html((markdown.section(mechanisms, description.model) if ours else None) or ""),
         master=_html(fmi.partition("\n")[2]),
         limits=Markup(" ").join(_limits(description)),
         failing=_html(_section(method, "When a step fails")),
@@ -107,7 +131,7 @@ def _limits(description: Description) -> list[Markup]:
 def _section(text: str, title: str) -> str:
     found = markdown.section(text, title)
     if found is None:
-        raise SystemExit(f"fmu_contents: docs/method.md has no section '{title}', which the FMU's documentation quotes")
+        raise LookupError(f"docs/method.md has no section '{title}', which the FMU's documentation quotes")
     return found
 
 
@@ -131,19 +155,17 @@ def _row(description: Description, elements: list[Variable]) -> dict[str, str]:
     first, last = elements[0], elements[-1]
     name = first.name if len(elements) == 1 else re.sub(r"\[(\d+)\]$", rf"[\1…{len(elements)}]", first.name)
     if len(elements) > 1 and last.name != f"{first.vector}[{len(elements)}]":
-        raise SystemExit(f"fmu_contents: the elements of {first.vector} are not in order")
+        raise ValueError(f"the elements of {first.vector} are not in order")
     items = description.enumerations.get(first.declared_type, [])
     return {
         "name": name,
         "causality": first.causality if first.causality != "parameter" else f"{first.variability} parameter",
         "type": first.declared_type or first.type,
-        "unit": "" if first.unit == "1" else first.unit,
-        "shown": first.displayUnit,
-        "start": _same(v.start for v in elements),
-        "min": _same(v.min for v in elements),
-        "max": _same(v.max for v in elements),
+        "unit": "" if first["unit"] == "1" else first["unit"],
+        "shown": first["displayUnit"],
+        **{name: _same(v[name] for v in elements) for name in ("start", "min", "max")},
         "description": first.description,
-        "choices": "; ".join(f"{i['value']} {i['name']}: {i.get('description', '')}" for i in items),
+        "choices": "; ".join(f"{i['value']} {i['name']}: {i['description']}" for i in items),
     }
 
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from solids import Faces, unit
+
+from .solids import Faces, unit
 
 LIGHT = np.array([0.25, 0.35, 0.9])
 """From the scene to the light, in axes of the picture: right, up, towards the viewer."""

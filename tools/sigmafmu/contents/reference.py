@@ -13,8 +13,9 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-from description import Description
 from lxml import etree
+
+from .description import Description
 
 STANDARD = "org.fmi-standard.fmi-ls-ref"
 FOLDER = Path("extra") / STANDARD
@@ -97,9 +98,7 @@ def _read_errors(path: Path, variables: list[str]) -> list[Bound]:
         rows = {row["variable"]: row for row in csv.DictReader(file)}
     missing = [name for name in variables if name not in rows]
     if missing:
-        raise SystemExit(
-            f"fmu_contents: {path} has no error of {missing[0]}; run tools/fmu_contents/estimate_errors.py"
-        )
+        raise LookupError(f"{path} has no error of {missing[0]}; run tools/estimate_errors.py")
     return [
         Bound(name, rows[name]["unit"], float(rows[name]["reference_error"]), float(rows[name]["own_error"]))
         for name in variables

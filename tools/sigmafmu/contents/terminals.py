@@ -8,8 +8,9 @@ and the sign rules for flows do not cover forces in space.
 
 from pathlib import Path
 
-from description import Description, Group
 from lxml import etree
+
+from .description import Description, Group
 
 
 def write(description: Description, out: Path) -> None:
@@ -19,7 +20,7 @@ def write(description: Description, out: Path) -> None:
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = etree.SubElement(root, "Terminals")
     for group in description.groups:
-        if group.terminal:
+        if group.terminal and group.members:
             terminals.append(_terminal(group))
     folder = out / "terminalsAndIcons"
     folder.mkdir(parents=True)

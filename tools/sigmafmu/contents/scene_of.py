@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import symbols
-from layout import Body, Layout
-from raster import LIGHT, view_from
-from solids import Faces, arrow, ball, box, cylinder, lofted, turning_arrow, unit
-from symbols import ORANGE, Part
+
+from . import symbols
+from .layout import Body, Layout
+from .raster import LIGHT, view_from
+from .solids import Faces, arrow, ball, box, cylinder, lofted, turning_arrow, unit
+from .symbols import ORANGE, Part
 
 BODIES = ("#5b8fc4", "#62ab73", "#8a5fb0", "#c9b23f", "#4fa3a5", "#b8738a")
 RED = "#c8372d"

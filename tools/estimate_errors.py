@@ -1,6 +1,6 @@
 """Writes models/errors/<Model>.csv: the errors of the reference and of the FMU at its default settings, per variable.
 
-    .venv/bin/python tools/fmu_contents/estimate_errors.py [MODEL ...]
+    .venv/bin/python tools/estimate_errors.py [MODEL ...]
 
 Run it after the references, the integrator's defaults or a mechanism changed. The FMU's own error is estimated without
 the reference: a method of second order that makes the error e with step h makes e/4 with h/2, so it is
@@ -19,7 +19,7 @@ from sigmafmu.compare import read_reference
 from sigmafmu.fmu import Fmu
 from sigmafmu.simulate import simulate
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 STEP = "integrator.stepSize"
 NEGLIGIBLE = 1e-3
 """Own errors below this part of the reference's count as none: they are rounding, and differ between platforms."""

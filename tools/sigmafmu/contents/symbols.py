@@ -3,8 +3,9 @@
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from layout import Link
-from solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
+
+from .layout import Link
+from .solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
 
 GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
 Part = tuple[Faces, str]

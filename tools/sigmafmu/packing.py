@@ -1,0 +1,144 @@
+"""FMUs of mechanisms that are files, put together from what is in the package: no compiler, no `_core`.
+
+The binary is the same for every mechanism: it reads `resources/mechanism.json` when it is instantiated. Another library
+of the package, with a C interface, tells what modelDescription.xml has to say (modelDescription/describe.h).
+"""
+
+import ctypes
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from sigmafmu import SigmafmuError
+from sigmafmu.contents.description import Description
+from sigmafmu.contents.model_description import model_description
+from sigmafmu.contents.write import write
+
+PACKAGE = Path(__file__).parent
+PARTS = PACKAGE / "slave"
+"""A folder for each platform with its slave and describe libraries, and `sources`."""
+TEXTS = PACKAGE / "texts"
+PLACEHOLDER = "@MODEL@"
+"""Stands for the model identifier in files of `sources`."""
+MECHANISM, IDENTITY = "mechanism.json", "identity.json"
+NO_DATE = (1980, 1, 1, 0, 0, 0)
+"""The first that a zip file can have, so that the same mechanism is the same file."""
+
+
+def build_fmu(
+    mechanism: str | dict[str, Any],
+    path: Path | str,
+    *,
+    resources: Path | str | None = None,
+    source: Path | str | None = None,
+) -> Path:
+    """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path.
+
+    `mechanism` is the mechanism in JSON, as `mechanism.json` in an FMU has it, or its content; its name is the model
+    identifier. The file `source`, of which the mechanism was made, goes into the FMU's documentation. The folder
+    `resources` has the modal data of flexible bodies; default: that of `source`. Raises SigmafmuError with one sentence
+    for a mechanism that is wrong, and for files that cannot be read or written.
+    """
+    text = mechanism if isinstance(mechanism, str) else json.dumps(mechanism)
+    folder = Path(resources) if resources is not None else Path(source or ".").parent
+    description = describe(text, folder)
+    target = Path(path)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f"{description.model}-") as name:
+            tree = Path(name)
+            _fill(tree, description, folder, Path(source) if source is not None else None)
+            _pack(tree, target)
+    except OSError as error:
+        raise SigmafmuError(f"{error.filename or target}: {error.strerror or error}") from error
+    return target
+
+
+def describe(mechanism: str, resources: Path) -> Description:
+    """The description of a mechanism in JSON whose modal data are in a folder; raises SigmafmuError."""
+    library = _library()
+    answer = library.sigmafmu_describe(mechanism.encode(errors="surrogatepass"), os.fsencode(resources))
+    if not answer:
+        raise MemoryError
+    try:
+        told = json.loads(ctypes.string_at(answer))
+    finally:
+        library.sigmafmu_free(answer)
+    if "error" in told:
+        raise SigmafmuError(told["error"])
+    return Description(told)
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    path = PARTS / fmpy.platform / f"describe{fmpy.sharedLibraryExtension}"
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise SigmafmuError(f"this installation cannot build FMUs on {fmpy.platform}: {error}") from error
+    library.sigmafmu_describe.argtypes = (ctypes.c_char_p, ctypes.c_char_p)
+    library.sigmafmu_describe.restype = ctypes.c_void_p
+    library.sigmafmu_free.argtypes = (ctypes.c_void_p,)
+    library.sigmafmu_free.restype = None
+    return library
+
+
+def _fill(tree: Path, description: Description, resources: Path, source: Path | None) -> None:
+    """Writes all that the FMU has into a folder."""
+    for slave in sorted(PARTS.glob("*/slave.*")):
+        (tree / "binaries" / slave.parent.name).mkdir(parents=True)
+        shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
+    shutil.copytree(PARTS / "sources", tree / "sources")
+    for name in ("CMakeLists.txt", "buildDescription.xml"):
+        file = tree / "sources" / name
+        _write_text(file, file.read_text(encoding="utf-8").replace(PLACEHOLDER, description.model))
+
+    files = tree / "resources"
+    files.mkdir()
+    _write_text(files / MECHANISM, description.mechanism)
+    for name in _modal_files(description):
+        if name in {MECHANISM, IDENTITY}:
+            raise SigmafmuError(f"a file of modal data is called {name}, as a file that every FMU has")
+        shutil.copyfile(resources / name, files / name)
+    made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
+
+    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
+    xml, guid = model_description(description, sources, made_of)
+    _write_text(tree / "modelDescription.xml", xml)
+    identity = {"guid": guid, **description.told["checksums"]}
+    _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
+    write(description, resources, TEXTS, tree, source=source, ours=False)
+
+
+def _modal_files(description: Description) -> Iterator[str]:
+    """Names of the files that the flexible bodies have."""
+    for body in json.loads(description.mechanism)["bodies"]:
+        if "flexible" in body:
+            yield body["flexible"]["file"]
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _pack(tree: Path, target: Path) -> None:
+    """Zips a folder; the target is there when it is complete."""
+    part = target.with_name(f"{target.name}.part")
+    try:
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted(path for path in tree.rglob("*") if path.is_file()):
+                info = zipfile.ZipInfo(path.relative_to(tree).as_posix(), NO_DATE)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.external_attr = 0o100644 << 16
+                archive.writestr(info, path.read_bytes())
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
