@@ -1,0 +1,164 @@
+"""What a mechanism file says → the normalised definition: plain data, as `_core.from_json` reads it.
+
+Bodies sit in their centres of mass there, points and axes are in bodies, numbers are SI.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sigmafmu import _core
+from sigmafmu.mechanism_file import rotations
+from sigmafmu.mechanism_file.checks import inertia_matrix
+from sigmafmu.mechanism_file.kinds import Record
+from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
+from sigmafmu.mechanism_file.table import FORCE_TYPES, JOINT_TYPES, MOTIONS, SPRING, VERSION
+
+Json = dict[str, Any]
+
+STANDARD_GRAVITY = [0.0, 0.0, -9.81]
+ANY_DIRECTION = ("spherical",)
+"""Joints whose frames have no direction: these have the axes of their bodies."""
+
+
+def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> Json:
+    """The definition of a whole file; `modes` has the number of modes of each file of modal data."""
+    joints = file.get("joints", {})
+    result: Json = {
+        "sigmafmu": VERSION,
+        "name": file["name"],
+        "description": file.get("description", ""),
+        "gravity": file.get("gravity", STANDARD_GRAVITY),
+        "bodies": [_body(name, body, placement[name], modes) for name, body in file["bodies"].items()],
+        "joints": [_joint(name, joint, placement) for name, joint in joints.items()],
+        "loads": [{"name": name, **load} for name, load in file.get("loads", {}).items()],
+        "forces": [_force(name, force, placement) for name, force in file.get("forces", {}).items()],
+        "joint_springs": [spring for name, joint in joints.items() for spring in _springs(name, joint)],
+        "drives": [_drive(name, drive, joints) for name, drive in file.get("drives", {}).items()],
+        "stations": [{"name": name, **station} for name, station in file.get("stations", {}).items()],
+        "integrator": file.get("integrator", {}),
+        "experiment": file.get("experiment", {}),
+    }
+    expose = file.get("expose", "auto")
+    if expose != "auto":
+        result["expose"] = {key: ["*"] for key in ("inputs", "outputs", "parameters")} if expose == "all" else expose
+    return result
+
+
+def _list(array: np.ndarray) -> list:
+    return (np.asarray(array) + 0.0).tolist()  # no negative zeros
+
+
+def _body(name: str, body: Record, pose: Pose, modes: Mapping[str, int]) -> Json:
+    result: Json = {"name": name, "description": body.get("description", "")}
+    if "flexible" in body:
+        file = modal_file(body)
+        more = body["flexible"] if isinstance(body["flexible"], dict) else {}
+        result["flexible"] = {**more, "file": file.rsplit("/", 1)[-1], "modes": modes[file]}
+    else:
+        R = rotations.matrix(rotations.of_orientation(body.get("inertia_axes")))
+        J = inertia_matrix(body["inertia"])
+        J = R @ J @ R.T if "inertia_axes" in body else J
+        elements = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+        result["mass"] = body["mass"]
+        result["inertia"] = {key: float(J[at]) for key, at in elements.items()}
+    return result | {
+        "position": _list(pose.position),
+        "orientation": {"quaternion": _list(pose.quaternion)},
+        "velocity": _list(pose.velocity),
+        "angular_velocity": _list(pose.angular_velocity),
+    }
+
+
+def modal_file(body: Record) -> str:
+    """The file of a flexible body's modal data, as the mechanism file names it."""
+    flexible = body["flexible"]
+    return flexible["file"] if isinstance(flexible, dict) else flexible
+
+
+def _frame(frame: Frame) -> Json:
+    node = {} if frame.node is None else {"node": frame.node}
+    return {"position": _list(frame.origin), "orientation": {"matrix": _list(frame.axes)}, **node}
+
+
+def _joint(name: str, joint: Record, placement: Placement) -> Json:
+    first, second = joint["bodies"]
+    if "frame1" in joint or "frame2" in joint:
+        frames = placement.frame(first, joint.get("frame1")), placement.frame(second, joint.get("frame2"))
+    else:
+        frames = _frames_in_w(joint, placement[first], placement[second])
+    return {
+        "name": name,
+        "type": joint["type"],
+        "bodies": joint["bodies"],
+        "frame1": _frame(frames[0]),
+        "frame2": _frame(frames[1]),
+    }
+
+
+def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame]:
+    """The frames of a joint whose geometry is in W: they differ by its coordinates.
+
+    Frame 2 is at the point; displacements count from where frame 1 is then.
+    """
+    turn, shift, _, _ = motion(joint["type"], *coordinates(joint))
+    axes1 = axes2 = np.eye(3)
+    if "axis" in joint:
+        axes1 = _core.axes_with_z(np.array(joint["axis"]))
+        axes2 = axes1 @ turn
+    elif "axis1" in joint:  # the cross has y of frame 1 and x of frame 2
+        across = np.cross(joint["axis2"], joint["axis1"])
+        across /= np.linalg.norm(across)
+        axes1 = np.column_stack([np.cross(joint["axis1"], across), joint["axis1"], across])
+        axes2 = np.column_stack([joint["axis2"], np.cross(across, joint["axis2"]), across])
+    point = np.array(joint["point"])
+    origins = first.to_body(point - axes1 @ shift), second.to_body(point)
+    turned = (axes1, axes2) if joint["type"] in ANY_DIRECTION else (first.R.T @ axes1, second.R.T @ axes2)
+    one, two = (Frame(origin, axes, None, origin) for origin, axes in zip(origins, turned, strict=True))
+    return one, two
+
+
+def _springs(name: str, joint: Record) -> list[Json]:
+    """Springs and dampers on the coordinates of a joint."""
+    result = []
+    for i, c in enumerate(JOINT_TYPES[joint["type"]].coordinates):
+        given = {word: joint[c.key(key)] for key, word in SPRING.items() if c.key(key) in joint}
+        if given:
+            result.append({"joint": name, "coordinate": i, **given})
+    return result
+
+
+def _force(name: str, force: Record, placement: Placement) -> Json:
+    kind = FORCE_TYPES[force["type"]]
+    result: Json = {"name": name, "type": force["type"], "bodies": force["bodies"]}
+    for i, (end, body) in enumerate(zip(kind.ends, force["bodies"], strict=False), 1):
+        frame = force.get(f"frame{i}")
+        if frame is None:
+            result[end] = _list(placement[body].to_body(np.array(force.get(end, np.zeros(3)))))
+            continue
+        in_body = placement.frame(body, frame)
+        result[end] = _list(in_body.origin)
+        if in_body.node is not None:
+            result[f"node{i}"] = in_body.node
+    return result | {key.name: force[key.name] for key in kind.keys if key.name in force}
+
+
+def split_coordinate(name: str, joints: Mapping[str, Record]) -> tuple[str, int]:
+    """Joint and coordinate of `joint` or `joint.angle`."""
+    if name in joints:
+        return name, 0
+    joint, _, word = name.rpartition(".")
+    words = [c.word for c in JOINT_TYPES[joints[joint]["type"]].coordinates]
+    return joint, words.index(word)
+
+
+def _drive(name: str, drive: Record, joints: Mapping[str, Record]) -> Json:
+    joint, coordinate = split_coordinate(name, joints)
+    return {"joint": joint, "coordinate": coordinate, "motion": drive["motion"], "value": drive["value"]}
+
+
+def value_dimension(name: str, drive: Record, joints: Mapping[str, Record]) -> str:
+    """The dimension of a drive's value."""
+    joint, coordinate = split_coordinate(name, joints)
+    return JOINT_TYPES[joints[joint]["type"]].coordinates[coordinate].dimension(*MOTIONS[drive["motion"]])

@@ -1,0 +1,110 @@
+"""Runs a mechanism from a file in this process, without an FMU around it."""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from sigmafmu import SigmafmuError, _core
+from sigmafmu.fmu import LogMessage, MessageHandler
+from sigmafmu.mechanism_file.load import MechanismFile, mechanism_of
+from sigmafmu.result import Result, Statistics
+from sigmafmu.simulate import COUNTERS, CommunicationSteps, SimulationError, TakeRows, steps_of
+
+
+def steps_of_file(file: MechanismFile, stop_time: float | None, step_size: float | None) -> CommunicationSteps:
+    """The communication steps of a run, by default those of the file's experiment."""
+    mechanism = file.mechanism
+    return steps_of(stop_time or mechanism.stop_time, step_size or mechanism.communication_step)
+
+
+def simulate_file(
+    file: MechanismFile,
+    *,
+    stop_time: float | None = None,
+    step_size: float | None = None,
+    settings: Mapping[str, str] | None = None,
+    variables: Iterable[str] = (),
+    keep_every: int = 1,
+    on_rows: TakeRows | None = None,
+    on_time: Callable[[float], None] | None = None,
+    on_message: MessageHandler | None = None,
+) -> Result:
+    """As sigmafmu.simulate.simulate, for a mechanism file: real outputs, and settings by the names of the FMU."""
+    steps = steps_of_file(file, stop_time, step_size)
+    mechanism, inputs = _with_settings(file, settings or {})
+    names = _chosen(_core.Outputs(mechanism).names, tuple(variables))
+    slave, told = _core.Slave(mechanism), 0
+    rows, wall_time, failure = [], 0.0, None
+    try:
+        slave.start()
+        for name, value in inputs.items():
+            slave.set(name, value)
+        rows.append([0.0, *map(slave.get, names)])
+        for start, size in steps:
+            began = time.perf_counter()
+            slave.do_step(start, size)
+            wall_time += time.perf_counter() - began
+            rows.append([start + size, *map(slave.get, names)])
+            if on_time:
+                on_time(start + size)
+    except (RuntimeError, ValueError) as error:
+        failure = f"{mechanism.name} stopped: {error}" if rows else f"{mechanism.name} cannot start: {error}"
+        if not rows:
+            raise SimulationError(failure) from error
+    for text in slave.messages[told:]:
+        if on_message:
+            on_message(LogMessage("info", "", text))
+    values = np.array(rows)
+    if on_rows:
+        on_rows(("time", *names), values)
+    kept = values[sorted({*range(0, len(values), keep_every), len(values) - 1})]
+    counters = {} if failure else {field: int(slave.get(name)) for field, name in COUNTERS.items()}
+    statistics = Statistics(float(values[-1, 0]), wall_time, len(values) - 1, **counters)
+    result = Result(mechanism.name, kept[:, 0], tuple(names), kept[:, 1:], statistics)
+    if failure:
+        raise SimulationError(failure, result)
+    return result
+
+
+def _chosen(outputs: list[str], patterns: tuple[str, ...]) -> list[str]:
+    if not patterns:
+        return outputs
+    found = [name for name in outputs if any(name == p or fnmatchcase(name, p) for p in patterns)]
+    for pattern in patterns:
+        if not any(name == pattern or fnmatchcase(name, pattern) for name in outputs):
+            raise SigmafmuError(f"no output is called {pattern}")
+    return found
+
+
+def _with_settings(file: MechanismFile, settings: Mapping[str, str]) -> tuple[_core.Mechanism, dict[str, float]]:
+    """The mechanism with parameters set, and the inputs among the settings."""
+    content = dict(file.definition)
+    words = {name.removeprefix("integrator."): value for name, value in settings.items() if not _is_numbers(value)}
+    content["integrator"] = content["integrator"] | words
+    try:
+        mechanism = mechanism_of(content, file.resources)
+        known = set(_core.Outputs(mechanism).inputs)
+        inputs = {}
+        for name, text in settings.items():
+            if name.removeprefix("integrator.") in words:
+                continue
+            numbers = [float(part) for part in text.split(",")]
+            names = [name] if len(numbers) == 1 else [f"{name}[{i + 1}]" for i in range(len(numbers))]
+            for each, value in zip(names, numbers, strict=True):
+                if each in known:
+                    inputs[each] = value
+                else:
+                    mechanism.set(each, value)
+    except (ValueError, RuntimeError) as error:
+        raise SigmafmuError(str(error).rstrip(".")) from error
+    return mechanism, inputs
+
+
+def _is_numbers(text: str) -> bool:
+    try:
+        return all(math.isfinite(float(part)) for part in text.split(","))
+    except ValueError:
+        return False

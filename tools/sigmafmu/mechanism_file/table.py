@@ -1,0 +1,383 @@
+"""The one table of the keys of a mechanism file.
+
+The loader reads by it; the JSON Schema and the tables of the documentation are made of it. A new element is an entry
+here: its keys, with dimension, meaning and default, and the geometry that says how it attaches to bodies
+(definition.py). Keys that are not geometry go into the definition under their own names.
+"""
+
+from dataclasses import dataclass
+
+from sigmafmu.mechanism_file.checks import check_body, check_ends, check_frames, check_orientation, check_shape
+from sigmafmu.mechanism_file.kinds import (
+    ByType,
+    Direction,
+    Either,
+    Key,
+    Later,
+    List,
+    Named,
+    Number,
+    Reference,
+    Struct,
+    Text,
+    Version,
+    Whole,
+    Word,
+    vector,
+)
+
+VERSION = 1
+GROUND = "ground"
+
+NAME = Text(
+    r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*",
+    "allowed are letters, digits and _, no digit first, and dots between such words",
+)
+IDENTIFIER = Text(r"[A-Za-z_][A-Za-z0-9_]*", "allowed are letters, digits and _, no digit first")
+
+BODY, ANY_BODY, JOINT = Reference("body"), Reference("body or ground"), Reference("joint")
+
+
+def least(dimension: str) -> Number:
+    """A number that must not be negative."""
+    return Number(dimension, 0.0)
+
+
+def positive(dimension: str) -> Number:
+    """A number above zero."""
+    return Number(dimension, 0.0, above=True)
+
+
+ORIENTATION = Struct(
+    (
+        Key("rotation_vector", vector("angle"), "axis times angle"),
+        Key("quaternion", List(Number(), 4), "(w, x, y, z), of any length above 0"),
+        Key("rpy", vector("angle"), "roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)"),
+    ),
+    check_orientation,
+    "orientation",
+    one_of=("rotation_vector", "quaternion", "rpy"),
+)
+
+FRAME = Struct(
+    (
+        Key("position", vector("length"), "of the origin, in the body's frame", default="its origin"),
+        Key("orientation", ORIENTATION, "of the axes, in the body's frame", default="its axes"),
+        Key("node", Whole(), "of a flexible body: the frame moves with it and is given from it"),
+    ),
+    name="frame",
+)
+
+INERTIA = Struct(
+    (
+        *(Key(name, positive("inertia"), "moment", required=True) for name in ("xx", "yy", "zz")),
+        *(Key(name, Number("inertia"), "element of the matrix", default="0") for name in ("xy", "xz", "yz")),
+    ),
+    name="matrix elements",
+)
+
+FLEXIBLE = Struct(
+    (
+        Key("file", Text(), "modal data, beside the mechanism file", required=True),
+        Key("mass_damping", least("rate"), "times the modal mass: damping", default="0"),
+        Key("stiffness_damping", least("time"), "times the modal stiffness: damping", default="0"),
+        Key("initial_coordinates", List(Number()), "modal coordinates at the start", default="0"),
+        Key("initial_rates", List(Number()), "their rates at the start", default="0"),
+    ),
+    name="modal data with more",
+)
+
+SHAPE = Struct(
+    (
+        Key("box", List(positive("length"), 3), "edges"),
+        Key(
+            "cylinder",
+            Struct(
+                (
+                    Key("radius", positive("length"), "radius", required=True),
+                    Key("length", positive("length"), "along z", required=True),
+                ),
+                name="cylinder",
+            ),
+            "about its middle, along z",
+        ),
+        Key("sphere", positive("length"), "radius"),
+        Key("mesh", Text(), "a file beside the mechanism file"),
+        Key("scale", positive("number"), "of a mesh", default="1"),
+        Key("position", vector("length"), "in the body's frame", default="its origin"),
+        Key("orientation", ORIENTATION, "in the body's frame", default="its axes"),
+        Key("color", Text(r"#[0-9A-Fa-f]{6}", 'it must be like "#4477aa"'), "of the surface", default="by the viewer"),
+    ),
+    check_shape,
+    "shape",
+    one_of=("box", "cylinder", "sphere", "mesh"),
+)
+
+BODY_KEYS = Struct(
+    (
+        Key("description", Text(), "for the FMU"),
+        Key("mass", positive("mass"), "required of rigid bodies"),
+        Key(
+            "inertia",
+            Either(List(positive("inertia"), 3), INERTIA),
+            "about the centre of mass, in the body's axes; a list has xx, yy, zz; required of rigid bodies",
+        ),
+        Key("center_of_mass", vector("length"), "in the body's frame", default="its origin"),
+        Key("inertia_axes", ORIENTATION, "axes in which `inertia` is given, in the body's frame", default="its axes"),
+        Key("flexible", Either(Text(), FLEXIBLE), "file of modal data in place of mass and inertia"),
+        Key("position", vector("length"), "of the body's frame, in W, at the start", default="by a joint"),
+        Key("orientation", ORIENTATION, "of the body's frame, in W, at the start", default="by a joint"),
+        Key("velocity", vector("velocity"), "of the centre of mass, in W", default="by a joint"),
+        Key("angular_velocity", vector("angular velocity"), "in the body's axes", default="by a joint"),
+        Key("shapes", List(SHAPE), "what is drawn"),
+    ),
+    check_body,
+    "body",
+)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What a joint leaves free, and how keys and variables of it are called."""
+
+    turns: bool
+    number: str = ""
+    """1, 2, ... where a joint has several of its kind."""
+    beside_angle: bool = False
+    """Whether it is a displacement of a joint that turns as well."""
+    axis: int = 2
+    """Of x, y, z: about or along it; what turns before it turns it."""
+
+    @property
+    def word(self) -> str:
+        """What the FMU calls it: `angle`, `displacement`, with the number."""
+        return ("angle" if self.turns else "displacement") + self.number
+
+    def key(self, word: str) -> str:
+        """The key for what acts on it: `stiffness`, `displacement_stiffness`; `displacement` for the value itself."""
+        if not self.beside_angle:
+            return word + self.number
+        return ("displacement" if word == "coordinate" else f"displacement_{word}") + self.number
+
+    def initial(self, word: str) -> str:
+        """The FMU's parameter for its `coordinate` or `rate` at the start."""
+        names = {"coordinate": ("initialAngle", "initialDisplacement"), "rate": ("initialAngularRate", "initialRate")}
+        return names[word][0 if self.turns else 1] + self.number
+
+    def dimension(self, of_angle: str, of_displacement: str) -> str:
+        """The one or the other."""
+        return of_angle if self.turns else of_displacement
+
+
+ANGLE, DISPLACEMENT = Coordinate(turns=True), Coordinate(turns=False)
+BOTH = (ANGLE, Coordinate(turns=False, beside_angle=True))
+
+SPRING = {"stiffness": "stiffness", "damping": "damping", "rest": "rest"}
+"""Keys of a spring on a coordinate → those in the definition."""
+
+
+def _coordinate_keys(c: Coordinate) -> tuple[Key, ...]:
+    what = "its angle" if c.turns else "its displacement"
+    return (
+        Key(
+            c.key("coordinate"),
+            Number(c.dimension("angle", "length")),
+            f"{what} at the start",
+            default="0, or as placed",
+        ),
+        Key(
+            c.key("rate"),
+            Number(c.dimension("angular velocity", "velocity")),
+            f"rate of {what} at the start",
+            default="0, or by the bodies",
+        ),
+        Key(c.key("stiffness"), least(c.dimension("torsional stiffness", "stiffness")), "of a spring", default="0"),
+        Key(c.key("damping"), least(c.dimension("torsional damping", "damping")), "of a damper", default="0"),
+        Key(c.key("rest"), Number(c.dimension("angle", "length")), "where the spring has no force", default="0"),
+    )
+
+
+@dataclass(frozen=True)
+class JointType:
+    """A type of joint: what it holds, its keys in W beside frames, and what it leaves free."""
+
+    meaning: str
+    geometry: tuple[Key, ...]
+    coordinates: tuple[Coordinate, ...] = ()
+
+
+POINT = Key("point", vector("length"), "where it is at the start, in W")
+AXIS = Key("axis", Direction(), "in W, at the start")
+
+JOINT_TYPES = {
+    "spherical": JointType("holds a point", (POINT,)),
+    "revolute": JointType("turns about an axis", (POINT, AXIS), (ANGLE,)),
+    "universal": JointType(
+        "holds a point; the two axes stay perpendicular",
+        (
+            POINT,
+            Key("axis1", Direction(), "fixed in the first body; in W, at the start"),
+            Key("axis2", Direction(), "fixed in the second body, perpendicular; in W, at the start"),
+        ),
+    ),
+    "prismatic": JointType("slides along an axis", (POINT, AXIS), (DISPLACEMENT,)),
+    "fixed": JointType("holds everything", (POINT,)),
+    "cylindrical": JointType("turns about an axis and slides along it", (POINT, AXIS), BOTH),
+}
+
+
+def _joint(name: str, joint: JointType) -> Struct:
+    keys = (
+        Key("type", Word((name,)), joint.meaning, required=True),
+        Key("bodies", List(ANY_BODY, 2), "first and second body, or ground", required=True),
+        *joint.geometry,
+        Key("frame1", FRAME, "in the first body, in place of geometry in W; z is the axis", default="the body's frame"),
+        Key("frame2", FRAME, "in the second body, the same", default="the body's frame"),
+        *(key for c in joint.coordinates for key in _coordinate_keys(c)),
+    )
+    return Struct(keys, check_frames(joint.geometry), name)
+
+
+@dataclass(frozen=True)
+class ForceType:
+    """A type of force: what it is, where it attaches (keys in W), and its numbers."""
+
+    meaning: str
+    ends: tuple[str, ...]
+    """Of `point1`, `point2`: each may be a frame of its body instead, `frame1`, `frame2`."""
+    keys: tuple[Key, ...]
+
+
+FORCE_TYPES = {
+    "spring_damper": ForceType(
+        "springs and dampers along each axis of W",
+        ("point1", "point2"),
+        (
+            Key("stiffness", List(least("stiffness"), 3), "along the axes of W", default="0"),
+            Key("damping", List(least("damping"), 3), "along the axes of W", default="0"),
+        ),
+    ),
+}
+
+
+def _force(name: str, force: ForceType) -> Struct:
+    ends = tuple(
+        key
+        for i, end in enumerate(force.ends, 1)
+        for key in (
+            Key(end, vector("length"), f"on body {i}, in W, at the start", default="the origin of W"),
+            Key(f"frame{i}", FRAME, f"in place of {end}, in body {i}"),
+        )
+    )
+    keys = (
+        Key("type", Word((name,)), force.meaning, required=True),
+        Key("bodies", List(ANY_BODY, 2), "first and second body, or ground", required=True),
+        *ends,
+        *force.keys,
+    )
+    return Struct(keys, check_ends(force.ends), name)
+
+
+LOAD = Struct(
+    (
+        Key("description", Text(), "for the FMU"),
+        Key("body", BODY, "on which it acts", required=True),
+        Key("force", vector("force"), "constant, in W, at the centre of mass", default="0"),
+        Key("torque", vector("torque"), "constant, in W", default="0"),
+    ),
+    name="load",
+)
+
+MOTIONS = {
+    "position": ("angle", "length"),
+    "rate": ("angular velocity", "velocity"),
+    "acceleration": ("angular acceleration", "acceleration"),
+}
+"""What a drive prescribes → dimension of its value for angles and displacements."""
+
+DRIVE = Struct(
+    (
+        Key("motion", Word(tuple(MOTIONS)), "what is prescribed; the others go on from the start", required=True),
+        Key(
+            "value",
+            Later("number of the motion", tuple(Number(d) for pair in MOTIONS.values() for d in pair)),
+            "of the coordinate, its rate or its acceleration",
+            required=True,
+        ),
+    ),
+    name="drive",
+)
+
+STATION = Struct(
+    (
+        Key("description", Text(), "for the FMU"),
+        Key("body", BODY, "a flexible one", required=True),
+        Key("nodes", List(Whole(), least=1), "its place is their mean", required=True),
+        Key("deflection_axes", List(Direction()), "of displacements by deformation, in the body's axes"),
+    ),
+    name="station",
+)
+
+EXPOSE = Struct(
+    tuple(
+        Key(name, List(Text()), f"patterns of names of {name}", default="none")
+        for name in ("inputs", "outputs", "parameters")
+    ),
+    name="patterns",
+)
+
+EXPERIMENT = Struct(
+    (
+        Key("stop_time", positive("time"), "of a run", default="1"),
+        Key("step_size", positive("time"), "communication step", default="0.001"),
+    ),
+    name="experiment",
+)
+
+
+def _integrator() -> Struct:
+    """The integrator's settings, as the core has them: its values are numbers, words where it has enumerations."""
+    import json
+
+    from sigmafmu import _core
+
+    settings = json.loads(_core.to_json(_core.Mechanism()))["integrator"]
+
+    def kind(name: str, value: object) -> Number | Whole | Text:
+        if isinstance(value, str):
+            return Text()
+        return Number("time") if name == "stepSize" else Whole() if isinstance(value, int) else Number()
+
+    return Struct(
+        tuple(
+            Key(name, kind(name, value), f"integrator.{name} of the FMU", default=str(value))
+            for name, value in settings.items()
+        ),
+        name="settings",
+    )
+
+
+JOINTS = ByType({name: _joint(name, joint) for name, joint in JOINT_TYPES.items()})
+FORCES = ByType({name: _force(name, force) for name, force in FORCE_TYPES.items()})
+
+MECHANISM = Struct(
+    (
+        Key("sigmafmu", Version(VERSION), "version of this format", required=True),
+        Key("name", IDENTIFIER, "the FMU's model identifier", required=True),
+        Key("description", Text(), "one sentence, for the FMU"),
+        Key("gravity", vector("acceleration"), "in W", default="[0, 0, -9.81]"),
+        Key("bodies", Named(BODY_KEYS, NAME), "rigid and flexible bodies", required=True),
+        Key("joints", Named(JOINTS, NAME), "what ties them to each other and to the ground"),
+        Key("forces", Named(FORCES, NAME), "springs between them"),
+        Key("loads", Named(LOAD, NAME), "constant forces and torques"),
+        Key("drives", Named(DRIVE, Reference("coordinate")), "prescribed coordinates, by the name of the joint"),
+        Key("stations", Named(STATION, NAME), "points of flexible bodies whose places are outputs"),
+        Key("expose", Either(Word(("auto", "all")), EXPOSE), "which variables the FMU has", default="auto"),
+        Key("experiment", EXPERIMENT, "defaults of a run"),
+        Key("integrator", _integrator(), "defaults of the FMU's integrator"),
+    ),
+    name="mechanism",
+)
+
+ELEMENTS = ("bodies", "joints", "forces", "loads", "stations")
+"""Keys whose entries have names of their own."""
