@@ -96,14 +96,9 @@ class Number:
         return value
 
     def schema(self) -> dict[str, Any]:
-        """A number, or a text that begins with one."""
-        number: dict[str, Any] = {"type": "number"}
-        if math.isfinite(self.least):
-            number["exclusiveMinimum" if self.above else "minimum"] = self.least
-        if self.dimension == "number":
-            return number
-        unit = {"type": "string", "pattern": r"^\s*[-+]?[0-9.].*[^0-9.].*$"}
-        return {"anyOf": [number, unit], "description": f"{self.dimension} [{si_unit(self.dimension)}]"}
+        """That of its dimension (schema.py), with the limit, which applies to numbers and not to texts."""
+        limit = {"exclusiveMinimum" if self.above else "minimum": self.least} if math.isfinite(self.least) else {}
+        return {"$ref": f"#/$defs/{self.dimension.replace(' ', '_')}"} | limit
 
 
 @dataclass(frozen=True)
@@ -328,6 +323,8 @@ class Struct:
     """What it is, for tables."""
     one_of: tuple[str, ...] = ()
     """Exactly one of these keys must be there."""
+    shared: bool = False
+    """Whether the schema has it once and refers to it."""
 
     @property
     def text(self) -> str:
@@ -361,6 +358,10 @@ class Struct:
         return record if len(context.problems.found) == before else INVALID
 
     def schema(self) -> dict[str, Any]:
+        """An object, or where it is."""
+        return {"$ref": f"#/$defs/{self.name}"} if self.shared else self.object_schema()
+
+    def object_schema(self) -> dict[str, Any]:
         """An object."""
         required = [key.name for key in self.keys if key.required]
         properties = {key.name: {"description": key.meaning, **key.kind.schema()} for key in self.keys}

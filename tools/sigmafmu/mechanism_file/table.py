@@ -57,6 +57,7 @@ ORIENTATION = Struct(
     check_orientation,
     "orientation",
     one_of=("rotation_vector", "quaternion", "rpy"),
+    shared=True,
 )
 
 FRAME = Struct(
@@ -66,6 +67,7 @@ FRAME = Struct(
         Key("node", Whole(), "of a flexible body: the frame moves with it and is given from it"),
     ),
     name="frame",
+    shared=True,
 )
 
 INERTIA = Struct(
@@ -378,6 +380,8 @@ MECHANISM = Struct(
     ),
     name="mechanism",
 )
+
+SHARED = (ORIENTATION, FRAME)
 
 ELEMENTS = ("bodies", "joints", "forces", "loads", "stations")
 """Keys whose entries have names of their own."""

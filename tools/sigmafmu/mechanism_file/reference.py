@@ -1,0 +1,96 @@
+"""The tables of docs/mechanism-file.md, made of the loader's table.
+
+    python -m sigmafmu.mechanism_file.reference docs/mechanism-file.md
+
+writes them anew, below the line that begins them.
+"""
+
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from sigmafmu.mechanism_file import table
+from sigmafmu.mechanism_file.kinds import Key, Struct
+
+BEGIN = "<!-- Made of the loader's table: python -m sigmafmu.mechanism_file.reference docs/mechanism-file.md -->"
+ALWAYS = ("type", "bodies", "frame1", "frame2")
+"""Keys that every joint or force has."""
+
+
+def tables() -> str:
+    """All of them, as Markdown."""
+    return "\n".join(_sections()) + "\n"
+
+
+def write(page: Path) -> None:
+    """Put them into the page."""
+    text = page.read_text(encoding="utf-8")
+    page.write_text(text[: text.index(BEGIN)] + BEGIN + "\n\n" + tables(), encoding="utf-8")
+
+
+def _sections() -> Iterator[str]:
+    yield from _section("The file", table.MECHANISM.keys)
+    yield from _section("`bodies`: NAME: …", table.BODY_KEYS.keys)
+    yield from _section("Inertia as a mapping", table.INERTIA.keys)
+    yield from _section("Orientations: one of", table.ORIENTATION.keys)
+    yield from _section("`flexible` as a mapping", table.FLEXIBLE.keys)
+    yield from _section("`shapes`: a list of", table.SHAPE.keys)
+    yield from _joints()
+    yield from _forces()
+    yield from _section("`loads`: NAME: …", table.LOAD.keys)
+    yield from _section("`drives`: JOINT: …", table.DRIVE.keys)
+    yield from _section("`stations`: NAME: …", table.STATION.keys)
+    yield from _section("`expose` as a mapping", table.EXPOSE.keys)
+    yield from _section("`experiment`", table.EXPERIMENT.keys)
+
+
+def _section(title: str, keys: Iterable[Key]) -> Iterator[str]:
+    yield f"### {title}\n"
+    yield from _table(keys)
+
+
+def _table(keys: Iterable[Key]) -> Iterator[str]:
+    yield "| key | value | meaning | default |"
+    yield "|---|---|---|---|"
+    for key in keys:
+        default = "required" if key.required else key.default
+        yield f"| `{key.name}` | {key.kind.text} | {key.meaning} | {default} |".replace("|  |", "| |")
+    yield ""
+
+
+def _joints() -> Iterator[str]:
+    yield "### `joints`: NAME: …\n"
+    common = next(iter(table.JOINTS.types.values()))
+    yield from _table(key for key in common.keys if key.name in ALWAYS)
+    yield "| type | what it does | in W | coordinates |"
+    yield "|---|---|---|---|"
+    for name, joint in table.JOINT_TYPES.items():
+        geometry = ", ".join(f"`{key.name}`" for key in joint.geometry)
+        free = ", ".join(c.word for c in joint.coordinates)
+        yield f"| `{name}` | {joint.meaning} | {geometry} | {free} |".replace("|  |", "| |")
+    yield ""
+    yield from _section("Geometry of joints in W", _different(j.geometry for j in table.JOINT_TYPES.values()))
+    yield from _section("On coordinates of joints", _different(map(_on_coordinates, table.JOINTS.types.values())))
+
+
+def _on_coordinates(joint: Struct) -> list[Key]:
+    geometry = {key.name for kind in table.JOINT_TYPES.values() for key in kind.geometry}
+    return [key for key in joint.keys if key.name not in geometry and key.name not in ALWAYS]
+
+
+def _different(groups: Iterable[Iterable[Key]]) -> list[Key]:
+    """Every key once; of those of one name for angles and for displacements, both."""
+    seen: dict[tuple[str, str], Key] = {}
+    for group in groups:
+        for key in group:
+            seen.setdefault((key.name, key.kind.text), key)
+    return sorted(seen.values(), key=lambda key: list(dict.fromkeys(name for name, _ in seen)).index(key.name))
+
+
+def _forces() -> Iterator[str]:
+    for name, force in table.FORCES.types.items():
+        yield from _section(f"`forces`: `{name}`: {table.FORCE_TYPES[name].meaning}", force.keys[1:])
+
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1]))
