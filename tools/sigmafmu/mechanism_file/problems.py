@@ -33,7 +33,7 @@ class Problems:
 
     def add(self, line: int, where: str, text: str) -> None:
         """Note one more."""
-        self.found.append(Problem(line, where, " ".join(text.split())))
+        self.found.append(Problem(line, one_line(where), one_line(text)))
 
     def stop(self) -> None:
         """Raise MechanismFileError if there are any."""
@@ -41,8 +41,13 @@ class Problems:
             raise MechanismFileError(self.path, self.found)
 
 
+def one_line(text: str) -> str:
+    """A text without line breaks and control characters, whatever a file holds."""
+    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+
+
 def shown(value: object) -> str:
     """A value in a message: its beginning, on one line."""
     text = f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
-    text = " ".join(text.split())
+    text = one_line(text)
     return text if len(text) <= 60 else text[:56] + " ..."

@@ -1,0 +1,131 @@
+"""The library: files that say the same as the compiled mechanisms, and mechanisms against independent solutions."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sigmafmu import _core
+from sigmafmu.mechanism_file.load import load
+
+from ..core import redundant_mechanisms
+from .helpers import LIBRARY
+
+FILES = sorted(path.stem for path in LIBRARY.glob("*.yaml"))
+DEGREES = {
+    "Bricard": 1,
+    "Chain10": 30,
+    "DoubleFourBar": 1,
+    "FlexibleSliderCrank": 5,
+    "FreeBody": 6,
+    "HeavyTop": 3,
+    "HighSpeedRotor": 6,
+    "PlanarFourBar": 1,
+    "RobotArm": 7,
+    "SliderCrank": 1,
+}
+
+
+def assert_same(found, expected, where=""):
+    """Texts and structure the same, numbers to 1e-12 of their size."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys(), where
+        for key in expected:
+            assert_same(found[key], expected[key], f"{where}.{key}")
+    elif isinstance(expected, list):
+        assert len(found) == len(expected), where
+        for i, (one, two) in enumerate(zip(found, expected, strict=True)):
+            assert_same(one, two, f"{where}[{i}]")
+    elif isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-12), where
+    else:
+        assert found == expected, where
+
+
+def data(mechanism):
+    """All of a definition but initial coordinates of joints, which follow from the bodies."""
+    content = json.loads(_core.to_json(mechanism))
+    for joint in content["joints"]:
+        joint.pop("coordinate", None), joint.pop("rate", None)
+    return content
+
+
+@pytest.mark.parametrize("model", [name for name in FILES if name in _core.mechanisms()])
+def test_a_file_says_what_the_compiled_mechanism_says(model):
+    assert_same(data(load(LIBRARY / f"{model}.yaml").mechanism), data(_core.mechanism(model)))
+
+
+def test_the_compiled_mechanisms_that_are_files_too():
+    assert {"HeavyTop", "HighSpeedRotor", "SliderCrank", "FlexibleSliderCrank"} <= set(FILES)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_runs_with_its_degrees_of_freedom(name):
+    found = load(LIBRARY / f"{name}.yaml")
+    assert found.definition["name"] == name
+    assert _core.freedom(found.mechanism.multibody).degrees == DEGREES[name]
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    energy = slave.get("energy.total")
+    H = min(found.mechanism.communication_step, 1e-3)
+    for i in range(20):
+        slave.do_step(i * H, H)
+    assert np.isfinite([slave.get("energy.total"), energy]).all()
+
+
+def run(name, names, times, h=1e-3):
+    """Values of variables at equal times, with internal steps of h."""
+    mechanism = load(LIBRARY / f"{name}.yaml").mechanism
+    mechanism.integrator.step_size = h
+    slave = _core.Slave(mechanism)
+    slave.start()
+    rows = [[slave.get(n) for n in names]]
+    for t, after in pairwise(times):
+        slave.do_step(t, after - t)
+        rows.append([slave.get(n) for n in names])
+    return np.array(rows)
+
+
+def test_the_planar_four_bar_moves_as_its_independent_solution():
+    times = np.linspace(0, 0.5, 51)
+    found = run("PlanarFourBar", ["hinge1.angle", "hinge1.angularRate"], times, 1e-4)
+    expected = redundant_mechanisms.four_bar_motion(times).T
+    assert np.abs(found[0] - expected[0]).max() < 1e-12
+    assert np.abs(found - expected).max() < 1e-4  # (h w)^2 = 1e-6 at 10 rad/s, of rates up to 30 rad/s
+
+
+def test_the_double_four_bar_moves_as_its_independent_solution():
+    times = np.linspace(0, 1, 101)
+    found = run("DoubleFourBar", ["crank2.position[1]", "crank2.position[2]"], times)
+    angle = redundant_mechanisms.four_bar_row_motion(2, times)[0]
+    expected = np.column_stack([1 + np.cos(angle) / 2, np.sin(angle) / 2])
+    assert np.abs(found - expected).max() < 1e-5
+
+
+def test_bricards_mechanism_moves_as_its_independent_solution():
+    times = np.linspace(0, 1, 101)
+    names = [f"bar{i}.position[{k}]" for i in range(1, 6) for k in (1, 2, 3)]
+    found = run("Bricard", names, times)
+    expected = redundant_mechanisms.bricard_motion(times).reshape(len(times), -1)
+    assert np.abs(found - expected).max() < 1e-5
+
+
+def test_the_chain_starts_as_its_recursion_says():
+    found = load(LIBRARY / "Chain10.yaml").definition["bodies"]
+    joint = np.zeros(3)
+    for k, body in enumerate(found, 1):
+        w = np.array([0.5 * (-1) ** k, 0.25, 1])
+        assert body["position"] == [k - 0.5, 0, 0]
+        np.testing.assert_allclose(body["angular_velocity"], w, atol=0)
+        np.testing.assert_allclose(body["velocity"], joint + np.cross(w, [0.5, 0, 0]), atol=1e-14)
+        joint = joint + np.cross(w, [1, 0, 0])
+
+
+def test_the_arm_starts_at_the_angles_of_its_file():
+    slave = _core.Slave(load(LIBRARY / "RobotArm.yaml").mechanism)
+    slave.start()
+    angles = np.radians([20, -35, 10, 70, 0, 45, 0])
+    rates = np.radians([0, 10, 0, -20, 0, 0, 60])
+    np.testing.assert_allclose([slave.get(f"joint{i}.angle") for i in range(1, 8)], angles, atol=1e-13)
+    np.testing.assert_allclose([slave.get(f"joint{i}.angularRate") for i in range(1, 8)], rates, atol=1e-12)
