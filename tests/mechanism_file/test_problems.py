@@ -37,6 +37,7 @@ def body(text: str) -> str:
         (body("{mass: .nan, inertia: [1, 1, 1]}"), 4, "bodies.a.mass", "is nan; it must be finite"),
         (body("{mass: 1, inertia: [1, .inf, 1]}"), 4, "bodies.a.inertia[2]", "it must be finite"),
         (body("{mass: 1e999, inertia: [1, 1, 1]}"), 4, "bodies.a.mass", "it must be finite"),
+        (body("{mass: 1e60, inertia: [1, 1, 1]}"), 4, "bodies.a.mass", "it must be at most 1e+50 in size"),
         (body("{mass: 1, inertia: [1, -1, 1]}"), 4, "bodies.a.inertia[2]", "is -1 kg m²; it must be above 0"),
         (body("{mass: 1, inertia: [1, 2, 4]}"), 4, "bodies.a.inertia", "triangle inequality"),
         (body("{mass: 1, inertia: {xx: 1, yy: 1, zz: 1, xy: 2}}"), 4, "bodies.a.inertia", "all must be positive"),

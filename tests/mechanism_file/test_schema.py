@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 import sigmafmu
-from sigmafmu.mechanism_file import schema
+from sigmafmu.mechanism_file import reference, schema
 from sigmafmu.mechanism_file.units import DIMENSIONS, example
 
 from .helpers import BALL, HEAD, LIBRARY, ROOT
@@ -82,3 +82,9 @@ def test_what_a_schema_can_see_is_invalid(text):
 
 def test_empty_sections_are_valid():
     assert is_valid(GOOD + "joints:\nforces:\n")
+
+
+def test_the_tables_of_the_page_are_made_of_the_table():
+    page = (ROOT / "docs" / "mechanism-file.md").read_text(encoding="utf-8")
+    _, below = page.split(reference.BEGIN + "\n\n")
+    assert below == reference.tables(), "python -m sigmafmu.mechanism_file.reference docs/mechanism-file.md"

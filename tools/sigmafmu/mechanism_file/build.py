@@ -1,5 +1,7 @@
-"""From a mechanism file to an FMU: the seam between the loader and what packs FMUs."""
+"""From a mechanism file to an FMU: what the loader hands to what packs FMUs."""
 
+import shutil
+import tempfile
 from pathlib import Path
 
 from sigmafmu import SigmafmuError
@@ -7,8 +9,12 @@ from sigmafmu.mechanism_file.load import MechanismFile
 
 
 def build_fmu(file: MechanismFile, path: Path) -> None:
-    """Write the FMU of a mechanism to `path`.
-
-    `file.definition` becomes resources/mechanism.json, `file.resources` the files beside it. Raises SigmafmuError.
-    """
-    raise SigmafmuError(f"cannot write {path}: this version checks and runs mechanism files, but packs no FMUs of them")
+    """Write the FMU of a mechanism to `path`; raises SigmafmuError."""
+    try:
+        from sigmafmu.packing import build_fmu as pack
+    except ModuleNotFoundError as error:
+        raise SigmafmuError(f"cannot write {path}: this installation has nothing to pack FMUs with") from error
+    with tempfile.TemporaryDirectory() as folder:
+        for name, source in file.resources.items():
+            shutil.copyfile(source, Path(folder) / name)
+        pack(file.definition, path, resources=folder, source=file.path)

@@ -13,6 +13,9 @@ from sigmafmu.mechanism_file.units import UnitError, example, si_unit, to_si
 INVALID: Any = None
 """In place of a value that was refused; None is no value of a file."""
 
+LARGEST = 1e50
+"""Size of a number in SI units: nothing that moves has larger ones, and products of these do not overflow."""
+
 
 @dataclass
 class Context:
@@ -89,6 +92,8 @@ class Number:
         value = float(value)
         if not math.isfinite(value):
             return context.refuse(node.line, where, f"is {shown(value)}; it must be finite")
+        if abs(value) > LARGEST:
+            return context.refuse(node.line, where, f"is {value:g}; it must be at most {LARGEST:g} in size")
         if value < self.least or (self.above and value == self.least):
             allowed = f"{'above' if self.above else 'at least'} {self.least:g}"
             unit = si_unit(self.dimension)

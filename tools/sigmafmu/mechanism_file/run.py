@@ -1,6 +1,5 @@
 """Runs a mechanism from a file in this process, without an FMU around it."""
 
-import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from fnmatch import fnmatchcase
@@ -12,6 +11,8 @@ from sigmafmu.fmu import LogMessage, MessageHandler
 from sigmafmu.mechanism_file.load import MechanismFile, mechanism_of
 from sigmafmu.result import Result, Statistics
 from sigmafmu.simulate import COUNTERS, CommunicationSteps, SimulationError, TakeRows, steps_of
+
+INTEGRATOR = "integrator."
 
 
 def steps_of_file(file: MechanismFile, stop_time: float | None, step_size: float | None) -> CommunicationSteps:
@@ -36,7 +37,7 @@ def simulate_file(
     steps = steps_of_file(file, stop_time, step_size)
     mechanism, inputs = _with_settings(file, settings or {})
     names = _chosen(_core.Outputs(mechanism).names, tuple(variables))
-    slave, told = _core.Slave(mechanism), 0
+    slave = _core.Slave(mechanism)
     rows, wall_time, failure = [], 0.0, None
     try:
         slave.start()
@@ -51,10 +52,10 @@ def simulate_file(
             if on_time:
                 on_time(start + size)
     except (RuntimeError, ValueError) as error:
-        failure = f"{mechanism.name} stopped: {error}" if rows else f"{mechanism.name} cannot start: {error}"
         if not rows:
-            raise SimulationError(failure) from error
-    for text in slave.messages[told:]:
+            raise SimulationError(f"{mechanism.name} cannot start: {error}") from error
+        failure = f"{mechanism.name} stopped at t = {rows[-1][0]:.6g} s: {error}"
+    for text in slave.messages:
         if on_message:
             on_message(LogMessage("info", "", text))
     values = np.array(rows)
@@ -81,30 +82,30 @@ def _chosen(outputs: list[str], patterns: tuple[str, ...]) -> list[str]:
 
 def _with_settings(file: MechanismFile, settings: Mapping[str, str]) -> tuple[_core.Mechanism, dict[str, float]]:
     """The mechanism with parameters set, and the inputs among the settings."""
-    content = dict(file.definition)
-    words = {name.removeprefix("integrator."): value for name, value in settings.items() if not _is_numbers(value)}
-    content["integrator"] = content["integrator"] | words
+    words, numbers = {}, {}
+    for name, text in settings.items():
+        values = _numbers(text)
+        if values is None and not name.startswith(INTEGRATOR):
+            raise SigmafmuError(f"--set {name}={text}: it must be a number, or several with commas")
+        if values is None:
+            words[name.removeprefix(INTEGRATOR)] = text
+        elif len(values) == 1:
+            numbers[name] = values[0]
+        else:
+            numbers |= {f"{name}[{i}]": value for i, value in enumerate(values, 1)}
+    content = file.definition | {"integrator": file.definition["integrator"] | words}
     try:
         mechanism = mechanism_of(content, file.resources)
-        known = set(_core.Outputs(mechanism).inputs)
-        inputs = {}
-        for name, text in settings.items():
-            if name.removeprefix("integrator.") in words:
-                continue
-            numbers = [float(part) for part in text.split(",")]
-            names = [name] if len(numbers) == 1 else [f"{name}[{i + 1}]" for i in range(len(numbers))]
-            for each, value in zip(names, numbers, strict=True):
-                if each in known:
-                    inputs[each] = value
-                else:
-                    mechanism.set(each, value)
+        inputs = {name: numbers[name] for name in _core.Outputs(mechanism).inputs if name in numbers}
+        for name in numbers.keys() - inputs.keys():
+            mechanism.set(name, numbers[name])
     except (ValueError, RuntimeError) as error:
         raise SigmafmuError(str(error).rstrip(".")) from error
     return mechanism, inputs
 
 
-def _is_numbers(text: str) -> bool:
+def _numbers(text: str) -> list[float] | None:
     try:
-        return all(math.isfinite(float(part)) for part in text.split(","))
+        return [float(part) for part in text.split(",")]
     except ValueError:
-        return False
+        return None
