@@ -134,6 +134,16 @@ def test_geometry_in_w_leaves_bodies_at_the_origin_of_w():
     assert k["frame2"]["position"] == [-0.5, 0, 0]
 
 
+def test_what_is_drawn_in_w_comes_before_what_hangs_on_it():
+    found = read(
+        HEAD + f"bodies:\n  b: {BAR}\n  a: {BAR}\njoints:\n"
+        "  j: {type: fixed, bodies: [a, b], frame1: {position: [1, 0, 0]}}\n"
+        "  k: {type: revolute, bodies: [ground, a], point: [0, 0, 0], axis: [0, 1, 0]}\n"
+    )
+    assert found.placed_by == {"b": "j"}
+    assert [body["position"] for body in found.definition["bodies"]] == [[1.5, 0, 0], [0.5, 0, 0]]
+
+
 def start_values(found):
     slave = _core.Slave(found.mechanism)
     slave.start()

@@ -1,6 +1,6 @@
 """Where bodies are and how they move at the start: as the file says, by the joints that hold them, or at the origin."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -108,12 +108,12 @@ class Placement:
         for name, body in bodies.items():
             if "position" in body:
                 self._begin(name, body)
-        waiting = [name for name in bodies if name not in self.poses]
-        while waiting:
+        # nothing holds these to what is placed, but they may hold others: first those that are drawn in W
+        drawn = {body for joint in joints.values() if "point" in joint for body in joint["bodies"]}
+        for name in sorted(bodies, key=lambda name: name not in drawn):
             self._hang(by_frames)
-            waiting = [name for name in waiting if name not in self.poses]
-            if waiting:  # nothing holds it to what is placed, but it may hold others
-                self._begin(waiting[0], bodies[waiting[0]])
+            if name not in self.poses:
+                self._begin(name, bodies[name])
 
     def __getitem__(self, body: str) -> Pose:
         return self.poses[body]
@@ -130,18 +130,16 @@ class Placement:
         pose.angular_velocity = np.array(body.get("angular_velocity", ZERO))
         self.poses[name] = pose
 
-    def _hang(self, joints: Iterable[tuple[str, Record]]) -> None:
+    def _hang(self, joints: list[tuple[str, Record]]) -> None:
         """Bodies on those that are placed, by the first joint in the file's order, until no joint does."""
-        remaining = list(joints)
         while True:
-            for i, (name, joint) in enumerate(remaining):
-                first, second = (body in self.poses for body in joint["bodies"])
-                if first != second:
-                    self._place(name, joint, forward=first)
-                    del remaining[i]
-                    break
-            else:
+            # those between placed bodies have nothing to place
+            joints[:] = [entry for entry in joints if not all(body in self.poses for body in entry[1]["bodies"])]
+            placing = next((entry for entry in joints if any(body in self.poses for body in entry[1]["bodies"])), None)
+            if placing is None:
                 return
+            name, joint = placing
+            self._place(name, joint, forward=joint["bodies"][0] in self.poses)
 
     def _place(self, name: str, joint: Record, *, forward: bool) -> None:
         """The second body on the first, or the first on the second."""
