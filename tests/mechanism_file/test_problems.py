@@ -100,7 +100,7 @@ def body(text: str) -> str:
             JOINT + "  j: {type: spherical, bodies: [a, b], point: [0, 0, 0], frame1: {}}",
             7,
             "joints.j.point",
-            "give it or frames, not both",
+            "give it or frame1 and frame2, not both",
         ),
         (JOINT + "  j: {" + PIN + ", coordinate: 30 mm}", 7, "joints.j.coordinate", "is a length"),
         (JOINT + "  j: {" + PIN + ", rate: 50 Hz}", 7, "joints.j.rate", "unknown"),

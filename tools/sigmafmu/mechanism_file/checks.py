@@ -1,15 +1,18 @@
 """What the keys of one mapping do not allow together."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from sigmafmu.mechanism_file.kinds import Check, Context, Key, Record
+from sigmafmu.mechanism_file.kinds import Check, Context, Record
 
 THIN = 1e-9
 """A rod or a lamina is on the boundary of what is possible: so much is allowed for the rounding of its data."""
 PERPENDICULAR = 1e-6
 """Cosine between axes of a universal joint; what is left of it is moved when the mechanism is assembled."""
+OPTIONAL = ("orientation",)
+"""Keys of geometry in W that have a default."""
 
 
 def check_body(body: Record, context: Context) -> None:
@@ -57,51 +60,38 @@ def _check_inertia(body: Record, context: Context) -> None:
         )
 
 
-def check_pair(record: Record, context: Context) -> None:
-    """Two bodies that differ."""
-    first, second = record["bodies"]
-    if first == second:
-        context.refuse(record.line_of("bodies"), f"{record.where}.bodies", f"are {first} twice; they must differ")
+def check_ends(ends: Sequence[Any]) -> Check:
+    """The check of an element by its ends (table.End): bodies that differ, each end in W or by frames."""
+    groups = {end.in_w: [other.frame for other in ends if other.in_w == end.in_w] for end in ends}
 
-
-def check_frames(geometry: Sequence[Key]) -> Check:
-    """The check of a joint: all of its geometry in W, or frames."""
-    names = [key.name for key in geometry]
-
-    def check(joint: Record, context: Context) -> None:
-        check_pair(joint, context)
-        given = [name for name in names if name in joint]
-        if "frame1" in joint or "frame2" in joint:
-            for name in given:
-                context.refuse(joint.line_of(name), f"{joint.where}.{name}", "is in W; give it or frames, not both")
-            return
-        for name in names:
-            if name not in given:
-                context.refuse(
-                    joint.line, joint.where, f"{name} is missing; give {' and '.join(names)}, or frame1 and frame2"
-                )
-        if len(given) == len(names) and "axis1" in given:
-            cosine = abs(float(np.dot(joint["axis1"], joint["axis2"])))
-            if cosine > PERPENDICULAR:
-                context.refuse(
-                    joint.line_of("axis2"),
-                    f"{joint.where}.axis2",
-                    f"is at {np.degrees(np.arccos(cosine)):.6g} degrees to axis1; it must be perpendicular",
-                )
+    def check(element: Record, context: Context) -> None:
+        bodies = element.get("bodies", [])
+        if len(bodies) == 2 and bodies[0] == bodies[1]:
+            context.refuse(
+                element.line_of("bodies"), f"{element.where}.bodies", f"are {bodies[0]} twice; they must differ"
+            )
+        for in_w, frames in groups.items():
+            given = [name for name in in_w if name in element]
+            if any(frame in element for frame in frames):
+                for name in given:
+                    text = f"is in W; give it or {' and '.join(frames)}, not both"
+                    context.refuse(element.line_of(name), f"{element.where}.{name}", text)
+                continue
+            for name in in_w:
+                if name not in given and name not in OPTIONAL:
+                    text = f"{name} is missing; give {' and '.join(in_w)}, or {' and '.join(frames)}"
+                    context.refuse(element.line, element.where, text)
+        if "axis1" in element and "axis2" in element:
+            _check_cross(element, context)
 
     return check
 
 
-def check_ends(ends: Sequence[str]) -> Check:
-    """The check of a force: each end is a point in W or a frame of its body."""
-
-    def check(force: Record, context: Context) -> None:
-        check_pair(force, context)
-        for i, end in enumerate(ends, 1):
-            if end in force and f"frame{i}" in force:
-                context.refuse(force.line_of(end), f"{force.where}.{end}", f"is in W; give it or frame{i}, not both")
-
-    return check
+def _check_cross(joint: Record, context: Context) -> None:
+    cosine = abs(float(np.dot(joint["axis1"], joint["axis2"])))
+    if cosine > PERPENDICULAR:
+        text = f"is at {np.degrees(np.arccos(min(cosine, 1))):.6g} degrees to axis1; it must be perpendicular"
+        context.refuse(joint.line_of("axis2"), f"{joint.where}.axis2", text)
 
 
 def check_shape(shape: Record, context: Context) -> None:

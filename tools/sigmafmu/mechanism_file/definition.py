@@ -3,7 +3,7 @@
 Bodies sit in their centres of mass there, points and axes are in bodies, numbers are SI.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,15 @@ from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
 from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
-from sigmafmu.mechanism_file.table import FORCE_TYPES, JOINT_TYPES, MOTIONS, SPRING, VERSION
+from sigmafmu.mechanism_file.table import FORCE_TYPES, JOINT_TYPES, MOTIONS, SPRING, VERSION, End
 
 Json = dict[str, Any]
 
 STANDARD_GRAVITY = [0.0, 0.0, -9.81]
 ANY_DIRECTION = ("spherical",)
 """Joints whose frames have no direction: these have the axes of their bodies."""
+DIRECTIONS = ("axis", "normal")
+"""Keys in W that are the z axis of frames."""
 
 
 def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> Json:
@@ -83,18 +85,14 @@ def _frame(frame: Frame) -> Json:
 
 
 def _joint(name: str, joint: Record, placement: Placement) -> Json:
+    ends = JOINT_TYPES[joint["type"]].ends
     first, second = joint["bodies"]
-    if "frame1" in joint or "frame2" in joint:
-        frames = placement.frame(first, joint.get("frame1")), placement.frame(second, joint.get("frame2"))
+    if any(end.frame in joint for end in ends):
+        frames = _attached(joint, ends, placement)
     else:
-        frames = _frames_in_w(joint, placement[first], placement[second])
-    return {
-        "name": name,
-        "type": joint["type"],
-        "bodies": joint["bodies"],
-        "frame1": _frame(frames[0]),
-        "frame2": _frame(frames[1]),
-    }
+        pair = _frames_in_w(joint, placement[first], placement[second])
+        frames = {end.frame: _frame(frame) for end, frame in zip(ends, pair, strict=True)}
+    return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames}
 
 
 def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame]:
@@ -131,17 +129,40 @@ def _springs(name: str, joint: Record) -> list[Json]:
 
 def _force(name: str, force: Record, placement: Placement) -> Json:
     kind = FORCE_TYPES[force["type"]]
-    result: Json = {"name": name, "type": force["type"], "bodies": force["bodies"]}
-    for i, (end, body) in enumerate(zip(kind.ends, force["bodies"], strict=False), 1):
-        frame = force.get(f"frame{i}")
-        if frame is None:
-            result[end] = _list(placement[body].to_body(np.array(force.get(end, np.zeros(3)))))
-            continue
-        in_body = placement.frame(body, frame)
-        result[end] = _list(in_body.origin)
-        if in_body.node is not None:
-            result[f"node{i}"] = in_body.node
-    return result | {key.name: force[key.name] for key in kind.keys if key.name in force}
+    bodies = {key: force[key] for key in (kind.bodies.name,)}
+    numbers = {key.name: force[key.name] for key in kind.keys if key.name in force}
+    return {"name": name, "type": force["type"], **bodies, **_attached(force, kind.ends, placement), **numbers}
+
+
+def _attached(element: Record, ends: Sequence[End], placement: Placement) -> Json:
+    """Frames and points of an element in its bodies."""
+    bodies = element["bodies"] if "bodies" in element else [element["body"]]
+    result: Json = {}
+    for end in ends:
+        body = bodies[end.body]
+        if any(key in element for key in end.in_w):
+            frame = _frame_in_w(element, end.in_w, placement[body])
+        else:
+            frame = placement.frame(body, element.get(end.frame))
+        if end.is_frame:
+            result[end.frame] = _frame(frame)
+        else:
+            point = end.in_w[0]
+            result[point] = _list(frame.origin)
+            if frame.node is not None:
+                result[point.replace("point", "node")] = frame.node
+    return result
+
+
+def _frame_in_w(element: Record, in_w: Sequence[str], pose: Pose) -> Frame:
+    """A frame of a body that the file gives in W: z is the direction, if there is one."""
+    direction = next((element[key] for key in in_w if key in DIRECTIONS and key in element), None)
+    if direction is not None:
+        axes = _core.axes_with_z(np.array(direction))
+    else:
+        axes = rotations.matrix(rotations.of_orientation(element.get("orientation")))
+    origin = pose.to_body(np.array(element[in_w[0]]))
+    return Frame(origin, pose.R.T @ axes, None, origin)
 
 
 def split_coordinate(name: str, joints: Mapping[str, Record]) -> tuple[str, int]:

@@ -10,6 +10,8 @@ from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.table import GROUND, JOINT_TYPES
 
 ZERO = np.zeros(3)
+PLACING = {"frame1", "frame2"}
+"""Keys of joints that say where bodies are to each other."""
 
 
 @dataclass
@@ -104,12 +106,12 @@ class Placement:
         self.poses = {GROUND: Pose()}
         self._bodies, self._nodes = bodies, nodes or {}
         # those that place a body: joints with frames; geometry in W says nothing of where bodies are
-        by_frames = [(name, joint) for name, joint in joints.items() if "frame1" in joint or "frame2" in joint]
+        by_frames = [(name, joint) for name, joint in joints.items() if PLACING & joint.keys()]
         for name, body in bodies.items():
             if "position" in body:
                 self._begin(name, body)
         # nothing holds these to what is placed, but they may hold others: first those that are drawn in W
-        drawn = {body for joint in joints.values() if "point" in joint for body in joint["bodies"]}
+        drawn = {body for joint in joints.values() if not PLACING & joint.keys() for body in joint["bodies"]}
         for name in sorted(bodies, key=lambda name: name not in drawn):
             self._hang(by_frames)
             if name not in self.poses:

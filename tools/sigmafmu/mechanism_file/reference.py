@@ -65,17 +65,17 @@ def _joints() -> Iterator[str]:
     yield "| type | what it does | in W | coordinates |"
     yield "|---|---|---|---|"
     for name, joint in table.JOINT_TYPES.items():
-        geometry = ", ".join(f"`{key.name}`" for key in joint.geometry)
+        geometry = ", ".join(f"`{key}`" for key in dict.fromkeys(key for end in joint.ends for key in end.in_w))
         free = ", ".join(c.word for c in joint.coordinates)
         yield f"| `{name}` | {joint.meaning} | {geometry} | {free} |".replace("|  |", "| |")
     yield ""
-    yield from _section("Geometry of joints in W", _different(j.geometry for j in table.JOINT_TYPES.values()))
+    used = {key for joint in table.JOINT_TYPES.values() for end in joint.ends for key in end.in_w}
+    yield from _section("Geometry of joints in W", (key for name, key in table.IN_W.items() if name in used))
     yield from _section("On coordinates of joints", _different(map(_on_coordinates, table.JOINTS.types.values())))
 
 
 def _on_coordinates(joint: Struct) -> list[Key]:
-    geometry = {key.name for kind in table.JOINT_TYPES.values() for key in kind.geometry}
-    return [key for key in joint.keys if key.name not in geometry and key.name not in ALWAYS]
+    return [key for key in joint.keys if key.name not in table.IN_W and key.name not in ALWAYS]
 
 
 def _different(groups: Iterable[Iterable[Key]]) -> list[Key]:

@@ -7,7 +7,7 @@ here: its keys, with dimension, meaning and default, and the geometry that says 
 
 from dataclasses import dataclass
 
-from sigmafmu.mechanism_file.checks import check_body, check_ends, check_frames, check_orientation, check_shape
+from sigmafmu.mechanism_file.checks import check_body, check_ends, check_orientation, check_shape
 from sigmafmu.mechanism_file.kinds import (
     ByType,
     Direction,
@@ -200,60 +200,95 @@ def _coordinate_keys(c: Coordinate) -> tuple[Key, ...]:
 
 
 @dataclass(frozen=True)
+class End:
+    """Where an element attaches to one of its bodies: by keys in W, or by a frame of the body.
+
+    Ends with the same keys in W share them: all of these are given by them, or all by frames.
+    """
+
+    in_w: tuple[str, ...]
+    frame: str
+    body: int = 0
+    """Which of the element's bodies."""
+    is_frame: bool = True
+    """Whether the element attaches to a frame there; else to its origin, by the key that is the first in W."""
+
+
+def both(*in_w: str) -> tuple[End, End]:
+    """Frames of two bodies that have the same keys in W."""
+    return End(in_w, "frame1", 0), End(in_w, "frame2", 1)
+
+
+POINTS = (End(("point1",), "frame1", 0, is_frame=False), End(("point2",), "frame2", 1, is_frame=False))
+
+IN_W = {
+    key.name: key
+    for key in (
+        Key("point", vector("length"), "where it is at the start, in W"),
+        Key("point1", vector("length"), "on the first body, in W, at the start"),
+        Key("point2", vector("length"), "on the second body, in W, at the start"),
+        Key("axis", Direction(), "in W, at the start"),
+        Key("axis1", Direction(), "fixed in the first body; in W, at the start"),
+        Key("axis2", Direction(), "fixed in the second body, perpendicular; in W, at the start"),
+    )
+}
+"""Geometry in W of elements, by its keys."""
+
+
+def _ends(ends: tuple[End, ...]) -> tuple[Key, ...]:
+    """Keys of ends."""
+    names = dict.fromkeys(name for end in ends for name in end.in_w)
+    which = {0: "the first body", 1: "the second body"} if len(ends) > 1 else {0: "the body"}
+    frames = (Key(end.frame, FRAME, f"in {which[end.body]}, in place of geometry in W; z is the axis") for end in ends)
+    return (*(IN_W[name] for name in names), *frames)
+
+
+PAIR = Key("bodies", List(ANY_BODY, 2), "first and second body, or ground", required=True)
+
+
+@dataclass(frozen=True)
 class JointType:
-    """A type of joint: what it holds, its keys in W beside frames, and what it leaves free."""
+    """A type of joint: what it does, where it attaches, and what it leaves free."""
 
     meaning: str
-    geometry: tuple[Key, ...]
+    ends: tuple[End, ...]
     coordinates: tuple[Coordinate, ...] = ()
 
 
-POINT = Key("point", vector("length"), "where it is at the start, in W")
-AXIS = Key("axis", Direction(), "in W, at the start")
-
 JOINT_TYPES = {
-    "spherical": JointType("holds a point", (POINT,)),
-    "revolute": JointType("turns about an axis", (POINT, AXIS), (ANGLE,)),
-    "universal": JointType(
-        "holds a point; the two axes stay perpendicular",
-        (
-            POINT,
-            Key("axis1", Direction(), "fixed in the first body; in W, at the start"),
-            Key("axis2", Direction(), "fixed in the second body, perpendicular; in W, at the start"),
-        ),
-    ),
-    "prismatic": JointType("slides along an axis", (POINT, AXIS), (DISPLACEMENT,)),
-    "fixed": JointType("holds everything", (POINT,)),
-    "cylindrical": JointType("turns about an axis and slides along it", (POINT, AXIS), BOTH),
+    "spherical": JointType("holds a point", both("point")),
+    "revolute": JointType("turns about an axis", both("point", "axis"), (ANGLE,)),
+    "universal": JointType("holds a point; the two axes stay perpendicular", both("point", "axis1", "axis2")),
+    "prismatic": JointType("slides along an axis", both("point", "axis"), (DISPLACEMENT,)),
+    "fixed": JointType("holds everything", both("point")),
+    "cylindrical": JointType("turns about an axis and slides along it", both("point", "axis"), BOTH),
 }
 
 
 def _joint(name: str, joint: JointType) -> Struct:
     keys = (
         Key("type", Word((name,)), joint.meaning, required=True),
-        Key("bodies", List(ANY_BODY, 2), "first and second body, or ground", required=True),
-        *joint.geometry,
-        Key("frame1", FRAME, "in the first body, in place of geometry in W; z is the axis", default="the body's frame"),
-        Key("frame2", FRAME, "in the second body, the same", default="the body's frame"),
+        PAIR,
+        *_ends(joint.ends),
         *(key for c in joint.coordinates for key in _coordinate_keys(c)),
     )
-    return Struct(keys, check_frames(joint.geometry), name)
+    return Struct(keys, check_ends(joint.ends), name)
 
 
 @dataclass(frozen=True)
 class ForceType:
-    """A type of force: what it is, where it attaches (keys in W), and its numbers."""
+    """A type of force: what it is, where it attaches, and its numbers."""
 
     meaning: str
-    ends: tuple[str, ...]
-    """Of `point1`, `point2`: each may be a frame of its body instead, `frame1`, `frame2`."""
+    ends: tuple[End, ...]
     keys: tuple[Key, ...]
+    bodies: Key = PAIR
 
 
 FORCE_TYPES = {
     "spring_damper": ForceType(
         "springs and dampers along each axis of W",
-        ("point1", "point2"),
+        POINTS,
         (
             Key("stiffness", List(least("stiffness"), 3), "along the axes of W", default="0"),
             Key("damping", List(least("damping"), 3), "along the axes of W", default="0"),
@@ -263,21 +298,8 @@ FORCE_TYPES = {
 
 
 def _force(name: str, force: ForceType) -> Struct:
-    ends = tuple(
-        key
-        for i, end in enumerate(force.ends, 1)
-        for key in (
-            Key(end, vector("length"), f"on body {i}, in W, at the start", default="the origin of W"),
-            Key(f"frame{i}", FRAME, f"in place of {end}, in body {i}"),
-        )
-    )
-    keys = (
-        Key("type", Word((name,)), force.meaning, required=True),
-        Key("bodies", List(ANY_BODY, 2), "first and second body, or ground", required=True),
-        *ends,
-        *force.keys,
-    )
-    return Struct(keys, check_ends(force.ends), name)
+    kind = Key("type", Word((name,)), force.meaning, required=True)
+    return Struct((kind, force.bodies, *_ends(force.ends), *force.keys), check_ends(force.ends), name)
 
 
 LOAD = Struct(
