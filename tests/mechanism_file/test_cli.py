@@ -3,10 +3,12 @@
 import csv
 import re
 import shlex
+import shutil
 
 import pytest
 from typer.testing import CliRunner, Result
 
+from sigmafmu import fmu_path
 from sigmafmu.cli import app
 
 from .helpers import LIBRARY
@@ -72,6 +74,26 @@ def test_mistakes_are_lines_for_editors(tmp_path, command):
 @pytest.mark.parametrize("command", ["check", "run", "build"])
 def test_a_file_that_is_not_there(command):
     assert fail(f"{command} absent.yaml") == ["absent.yaml:1: cannot be read: No such file or directory"]
+
+
+def test_run_takes_fmus(tmp_path):
+    shutil.copyfile(fmu_path("HeavyTop"), tmp_path / "top.fmu")
+    assert succeed("run top.fmu --stop-time 0.01").startswith("HeavyTop: 0.01 s simulated")
+    (tmp_path / "no.fmu").write_text("no zip", encoding="utf-8")
+    assert fail("run no.fmu") == ["Error: no.fmu is no FMU: File is not a zip file"]
+    assert fail("run absent.fmu") == ["Error: absent.fmu is no FMU: No such file or directory"]
+
+
+def test_check_draws(tmp_path):
+    pytest.importorskip("sigmafmu.contents.draw")
+    succeed(f"check {LIBRARY / 'FlexibleSliderCrank.yaml'} --plot crank.png")
+    assert (tmp_path / "crank.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_build_makes_an_fmu_that_runs(tmp_path):
+    pytest.importorskip("sigmafmu.packing")
+    succeed(f"build {LIBRARY / 'FlexibleSliderCrank.yaml'} -o crank.fmu")
+    assert "FlexibleSliderCrank: 0.01 s simulated" in succeed("run crank.fmu --stop-time 0.01")
 
 
 def test_check_tells_redundant_equations_by_joint():

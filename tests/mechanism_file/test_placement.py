@@ -281,3 +281,8 @@ def test_springs_on_coordinates_and_forces_in_frames():
 def test_expose(word, inputs):
     found = read(HEAD + f"bodies: {{a: {BALL}}}\nexpose: {word}").mechanism.expose
     assert (found.inputs if found else None) == inputs
+
+
+def test_expose_all_is_all():
+    text = HEAD + f"bodies: {{a: {BALL}}}\n"
+    assert _core.Slave(read(text + "expose: all").mechanism).names == _core.Slave(read(text).mechanism).names

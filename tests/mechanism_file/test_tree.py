@@ -1,5 +1,6 @@
 """YAML as a tree with lines: what scalars mean, and that nothing large, deep or foreign gets through."""
 
+import json
 import math
 
 import pytest
@@ -54,6 +55,11 @@ def test_scalars_mean_what_yaml_1_2_says(text, value):
 def test_json_is_yaml():
     text = '{"a": [1, 2.5e-3, "x", null, true], "b": {"c": "30 deg"}}'
     assert plain(parse(text, "f")) == {"a": [1, 2.5e-3, "x", None, True], "b": {"c": "30 deg"}}
+
+
+def test_what_json_escapes():
+    content = {"a": '\U0001f600 \u2028 \u00e9 \n " \\ \\\\ud83d\\ude00 /'}
+    assert plain(parse(json.dumps(content), "f")) == content
 
 
 def test_every_node_knows_its_line():

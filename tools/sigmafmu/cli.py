@@ -81,7 +81,7 @@ def info(
 )
 def run(
     model: Annotated[
-        str, typer.Argument(metavar="MODEL|FILE", help="A model, see `sigmafmu list`, or a mechanism file.")
+        str, typer.Argument(metavar="MODEL|FILE", help="A model, see `sigmafmu list`, a mechanism file, or an FMU.")
     ],
     stop_time: Annotated[float | None, typer.Option(help="Seconds to simulate; default: the model's own.")] = None,
     step_size: Annotated[float | None, typer.Option(help="Communication step in s; default: the model's own.")] = None,
@@ -116,7 +116,7 @@ def run(
         mechanism = load(model)
         steps, simulated = steps_of_file(mechanism, stop_time, step_size), partial(simulate_file, mechanism)
     else:
-        fmu = Fmu.of_model(model)
+        fmu = Fmu.of(model)
         expected = cost(fmu, stop_time, step_size, values, names, output)
         if expected.is_large and not agreed(f"this run takes {expected}", yes):
             raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")

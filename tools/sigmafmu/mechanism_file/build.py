@@ -1,11 +1,9 @@
 """From a mechanism file to an FMU: what the loader hands to what packs FMUs."""
 
-import shutil
-import tempfile
 from pathlib import Path
 
 from sigmafmu import SigmafmuError
-from sigmafmu.mechanism_file.load import MechanismFile
+from sigmafmu.mechanism_file.load import MechanismFile, folder_of
 
 
 def build_fmu(file: MechanismFile, path: Path) -> None:
@@ -14,7 +12,5 @@ def build_fmu(file: MechanismFile, path: Path) -> None:
         from sigmafmu.packing import build_fmu as pack
     except ModuleNotFoundError as error:
         raise SigmafmuError(f"cannot write {path}: this installation has nothing to pack FMUs with") from error
-    with tempfile.TemporaryDirectory() as folder:
-        for name, source in file.resources.items():
-            shutil.copyfile(source, Path(folder) / name)
+    with folder_of(file.resources) as folder:
         pack(file.definition, path, resources=folder, source=file.path)

@@ -40,7 +40,10 @@ def init(
     write_text(path, template.format(name=name))
 
 
-def check(file: MechanismPath) -> None:
+def check(
+    file: MechanismPath,
+    plot: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the mechanism at its start here.")] = None,
+) -> None:
     """Read, place and assemble a mechanism; tell its degrees of freedom, masses and what had to move."""
     from sigmafmu.mechanism_file.load import load
     from sigmafmu.mechanism_file.report import report
@@ -48,6 +51,11 @@ def check(file: MechanismPath) -> None:
     mechanism = load(file)
     for line in report(mechanism):
         out.print(line, markup=False, soft_wrap=True)
+    if plot:
+        from sigmafmu.mechanism_file.drawing import draw
+
+        draw(mechanism, plot)
+        out.print(f"wrote {plot}", soft_wrap=True)
 
 
 def build(

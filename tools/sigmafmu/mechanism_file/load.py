@@ -3,7 +3,8 @@
 import json
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -85,12 +86,19 @@ def mechanism_of(content: Json, resources: Mapping[str, Path]) -> Any:
     """The `_core.Mechanism` of a definition, checked; raises ValueError or RuntimeError with the core's sentence."""
     mechanism = _core.from_json(json.dumps(content))
     if resources:
-        with tempfile.TemporaryDirectory() as folder:
-            for name, source in resources.items():
-                shutil.copyfile(source, Path(folder) / name)
-            _core.load_modal_files(mechanism, folder)
+        with folder_of(resources) as folder:
+            _core.load_modal_files(mechanism, str(folder))
     mechanism.validate()
     return mechanism
+
+
+@contextmanager
+def folder_of(resources: Mapping[str, Path]) -> Iterator[Path]:
+    """A folder that has the files under the names of the definition, as long as it is needed."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, source in resources.items():
+            shutil.copyfile(source, Path(folder) / name)
+        yield Path(folder)
 
 
 def _read(root: Node, problems: Problems) -> Record:

@@ -5,6 +5,7 @@ numbers, lists and mappings, and limits hold before anything large exists. Plain
 YAML 1.2 says, of which JSON is a part: `1e-3` is a number, `no` and `on` are texts.
 """
 
+import json
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +23,8 @@ DEEPEST = 24
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # 25 times as fast, where PyYAML has it
 _NUMBER = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?")
+_PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB]\w\w\\u[dD][c-fC-F]\w\w)", re.ASCII)
+"""How JSON escapes characters beyond 16 bits, which YAML does not know."""
 _WORDS = {"": None, "~": None, "null": None, "true": True, "false": False}
 _WORDS |= {".nan": float("nan"), ".inf": float("inf"), "+.inf": float("inf"), "-.inf": float("-inf")}
 
@@ -65,6 +68,7 @@ def read_text(path: Path) -> str:
 def parse(text: str, path: Path | str) -> Node:
     """The tree of a text; raises MechanismFileError for the first thing that is no YAML or beyond the limits."""
     builder = _Builder(path)
+    text = _PAIR.sub(lambda found: found[1] + json.loads(f'"{found[2]}"'), text)
     try:
         for event in yaml.parse(text, Loader=_LOADER):
             builder.take(event)
