@@ -13,7 +13,7 @@ from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
 from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
-from sigmafmu.mechanism_file.table import FORCE_TYPES, JOINT_TYPES, MOTIONS, SPRING, VERSION, End
+from sigmafmu.mechanism_file.table import FORCE_TYPES, GROUND, JOINT_TYPES, MOTIONS, SENSOR_ENDS, SPRING, VERSION, End
 
 Json = dict[str, Any]
 
@@ -39,6 +39,7 @@ def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> 
         "joint_springs": [spring for name, joint in joints.items() for spring in _springs(name, joint)],
         "drives": [_drive(name, drive, joints) for name, drive in file.get("drives", {}).items()],
         "stations": [{"name": name, **station} for name, station in file.get("stations", {}).items()],
+        "sensors": [_sensor(name, sensor, placement) for name, sensor in file.get("sensors", {}).items()],
         "integrator": file.get("integrator", {}),
         "experiment": file.get("experiment", {}),
     }
@@ -132,6 +133,13 @@ def _force(name: str, force: Record, placement: Placement) -> Json:
     bodies = {key: force[key] for key in (kind.bodies.name,)}
     numbers = {key.name: force[key.name] for key in kind.keys if key.name in force}
     return {"name": name, "type": force["type"], **bodies, **_attached(force, kind.ends, placement), **numbers}
+
+
+def _sensor(name: str, sensor: Record, placement: Placement) -> Json:
+    result = {"name": name, **sensor, **_attached(sensor, SENSOR_ENDS, placement)}
+    if "reference_frame" in sensor:
+        result["reference_frame"] = _frame(placement.frame(sensor.get("reference", GROUND), sensor["reference_frame"]))
+    return {key: value for key, value in result.items() if key not in SENSOR_ENDS[0].in_w}
 
 
 def _attached(element: Record, ends: Sequence[End], placement: Placement) -> Json:

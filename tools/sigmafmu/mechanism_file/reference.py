@@ -40,6 +40,8 @@ def _sections() -> Iterator[str]:
     yield from _section("`loads`: NAME: …", table.LOAD.keys)
     yield from _section("`drives`: JOINT: …", table.DRIVE.keys)
     yield from _section("`stations`: NAME: …", table.STATION.keys)
+    for name, sensor in table.SENSORS.types.items():
+        yield from _section(f"`sensors`: `{name}`: {table.SENSOR_TYPES[name].meaning}", sensor.keys[1:])
     yield from _section("`expose` as a mapping", table.EXPOSE.keys)
     yield from _section("`experiment`", table.EXPERIMENT.keys)
 

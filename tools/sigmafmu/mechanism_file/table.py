@@ -228,6 +228,8 @@ IN_W = {
         Key("point1", vector("length"), "on the first body, in W, at the start"),
         Key("point2", vector("length"), "on the second body, in W, at the start"),
         Key("axis", Direction(), "in W, at the start"),
+        Key("normal", Direction(), "in W, at the start"),
+        Key("orientation", ORIENTATION, "of the axes, in W, at the start", default="those of W"),
         Key("axis1", Direction(), "fixed in the first body; in W, at the start"),
         Key("axis2", Direction(), "fixed in the second body, perpendicular; in W, at the start"),
     )
@@ -285,7 +287,82 @@ class ForceType:
     bodies: Key = PAIR
 
 
+SURFACE = (
+    Key("modulus", least("modulus"), "contact modulus: 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂", default="1e7"),
+    Key(
+        "dissipation", least("slowness"), "Hunt and Crossley's: small impacts at v lose the part c v of it", default="0"
+    ),
+    Key("friction", least("number"), "coefficient", default="0"),
+    Key("slip_velocity", positive("velocity"), "where friction has 0.7 of its full force", default="0.01"),
+)
+"""Of contacts."""
+
+MATRIX = List(List(Number(), 6), 6)
+
 FORCE_TYPES = {
+    "line_spring": ForceType(
+        "spring and damper along the line between two points",
+        POINTS,
+        (
+            Key("stiffness", least("stiffness"), "along the line", default="0"),
+            Key("damping", least("damping"), "along the line", default="0"),
+            Key("free_length", least("length"), "where the spring has no force", default="0"),
+        ),
+    ),
+    "table_spring": ForceType(
+        "tension by tables over length and rate, between two points",
+        POINTS,
+        (
+            Key("length", List(least("length"), least=2), "lengths that increase", default="none"),
+            Key("force", List(Number("force"), least=2), "tension at these", default="none"),
+            Key("rate", List(Number("velocity"), least=2), "rates of the length that increase", default="none"),
+            Key("rate_force", List(Number("force"), least=2), "tension at these, which is added", default="none"),
+        ),
+    ),
+    "torsion_spring": ForceType(
+        "spring and damper about an axis",
+        both("point", "axis"),
+        (
+            Key("stiffness", least("torsional stiffness"), "about the axis", default="0"),
+            Key("damping", least("torsional damping"), "about the axis", default="0"),
+            Key("rest", Number("angle"), "where the spring has no torque", default="0"),
+        ),
+    ),
+    "bushing": ForceType(
+        "springs and dampers in all six directions between two frames",
+        both("point", "orientation"),
+        (
+            Key("stiffness", List(least("stiffness"), 3), "along the axes of the first frame", default="0"),
+            Key("damping", List(least("damping"), 3), "along the axes of the first frame", default="0"),
+            Key("torsional_stiffness", List(least("torsional stiffness"), 3), "about them", default="0"),
+            Key("torsional_damping", List(least("torsional damping"), 3), "about them", default="0"),
+            Key("stiffness_coupling", MATRIX, "6 × 6 in SI units, symmetric, zeros on the diagonal", default="0"),
+            Key("damping_coupling", MATRIX, "the same of the damping", default="0"),
+        ),
+    ),
+    "follower_force": ForceType(
+        "a force and a torque that turn with a body",
+        (End(("point",), "frame", 0, is_frame=False),),
+        (
+            Key("force", vector("force"), "in the body's axes", default="0"),
+            Key("torque", vector("torque"), "in the body's axes", default="0"),
+        ),
+        Key("body", BODY, "on which it acts", required=True),
+    ),
+    "plane_contact": ForceType(
+        "a sphere of the second body on a plane of the first",
+        (End(("point", "normal"), "frame1", 0), POINTS[1]),
+        (Key("radius", positive("length"), "of the sphere about point2", required=True), *SURFACE),
+    ),
+    "sphere_contact": ForceType(
+        "spheres of two bodies",
+        POINTS,
+        (
+            Key("radius1", positive("length"), "of the sphere about point1", required=True),
+            Key("radius2", positive("length"), "of the sphere about point2", required=True),
+            *SURFACE,
+        ),
+    ),
     "spring_damper": ForceType(
         "springs and dampers along each axis of W",
         POINTS,
@@ -342,6 +419,41 @@ STATION = Struct(
     name="station",
 )
 
+
+@dataclass(frozen=True)
+class SensorType:
+    """A type of sensor: what it measures, and its keys beside body and frame."""
+
+    meaning: str
+    keys: tuple[Key, ...] = ()
+
+
+SENSOR_ENDS = (End(("point", "orientation"), "frame"),)
+
+SENSOR_TYPES = {
+    "motion": SensorType(
+        "how a frame moves, seen from another one",
+        (
+            Key("reference", ANY_BODY, "from where it is seen", default="ground"),
+            Key("reference_frame", FRAME, "in the reference", default="its frame"),
+            Key("axes", Word(("ground", "reference", "sensor")), "in which vectors are", default="reference"),
+        ),
+    ),
+    "imu": SensorType("specific force and angular velocity of a frame, in its axes"),
+}
+
+
+def _sensor(name: str, sensor: SensorType) -> Struct:
+    keys = (
+        Key("type", Word((name,)), sensor.meaning, required=True),
+        Key("description", Text(), "for the FMU"),
+        Key("body", ANY_BODY, "whose frame it is", required=True),
+        *_ends(SENSOR_ENDS),
+        *sensor.keys,
+    )
+    return Struct(keys, check_ends(SENSOR_ENDS), name)
+
+
 EXPOSE = Struct(
     tuple(
         Key(name, List(Text()), f"patterns of names of {name}", default="none")
@@ -383,6 +495,7 @@ def _integrator() -> Struct:
 
 JOINTS = ByType({name: _joint(name, joint) for name, joint in JOINT_TYPES.items()})
 FORCES = ByType({name: _force(name, force) for name, force in FORCE_TYPES.items()})
+SENSORS = ByType({name: _sensor(name, sensor) for name, sensor in SENSOR_TYPES.items()})
 
 MECHANISM = Struct(
     (
@@ -392,10 +505,11 @@ MECHANISM = Struct(
         Key("gravity", vector("acceleration"), "in W", default="[0, 0, -9.81]"),
         Key("bodies", Named(BODY_KEYS, NAME), "rigid and flexible bodies", required=True),
         Key("joints", Named(JOINTS, NAME), "what ties them to each other and to the ground"),
-        Key("forces", Named(FORCES, NAME), "springs between them"),
+        Key("forces", Named(FORCES, NAME), "what acts between them"),
         Key("loads", Named(LOAD, NAME), "constant forces and torques"),
         Key("drives", Named(DRIVE, Reference("coordinate")), "prescribed coordinates, by the name of the joint"),
         Key("stations", Named(STATION, NAME), "points of flexible bodies whose places are outputs"),
+        Key("sensors", Named(SENSORS, NAME), "what is measured at frames of bodies"),
         Key("expose", Either(Word(("auto", "all")), EXPOSE), "which variables the FMU has", default="auto"),
         Key("experiment", EXPERIMENT, "defaults of a run"),
         Key("integrator", _integrator(), "defaults of the FMU's integrator"),
@@ -405,5 +519,5 @@ MECHANISM = Struct(
 
 SHARED = (ORIENTATION, FRAME)
 
-ELEMENTS = ("bodies", "joints", "forces", "loads", "stations")
+ELEMENTS = ("bodies", "joints", "forces", "loads", "stations", "sensors")
 """Keys whose entries have names of their own."""

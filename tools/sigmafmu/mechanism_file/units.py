@@ -27,6 +27,8 @@ DIMENSIONS = {
     "torsional stiffness": "N*m/rad",
     "torsional damping": "N*m*s/rad",
     "rate": "1/s",
+    "modulus": "Pa",
+    "slowness": "s/m",
 }
 """What a number may be → its SI unit. Per radian may be left out: `N m` is a torsional stiffness too."""
 
