@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from sigmafmu import _core
 from sigmafmu.mechanism_file.load import load
@@ -14,16 +15,20 @@ from .helpers import LIBRARY
 
 FILES = sorted(path.stem for path in LIBRARY.glob("*.yaml"))
 DEGREES = {
+    "AndrewsSqueezer": 1,
     "Bricard": 1,
     "Chain10": 30,
     "DoubleFourBar": 1,
+    "DoubleWishbone": 2,
     "FlexibleSliderCrank": 5,
+    "Flyball": 4,
     "FreeBody": 6,
     "HeavyTop": 3,
     "HighSpeedRotor": 6,
     "PlanarFourBar": 1,
     "RobotArm": 7,
     "SliderCrank": 1,
+    "StewartPlatform": 6,
 }
 
 
@@ -74,11 +79,16 @@ def test_every_file_runs_with_its_degrees_of_freedom(name):
     assert np.isfinite([slave.get("energy.total"), energy]).all()
 
 
-def run(name, names, times, h=1e-3):
-    """Values of variables at equal times, with internal steps of h."""
+def changed(name, h):
+    """A mechanism of the library with internal steps of h."""
     mechanism = load(LIBRARY / f"{name}.yaml").mechanism
     mechanism.integrator.step_size = h
-    slave = _core.Slave(mechanism)
+    return mechanism
+
+
+def run(name, names, times, h=1e-3):
+    """Values of variables at equal times, with internal steps of h."""
+    slave = _core.Slave(changed(name, h))
     slave.start()
     rows = [[slave.get(n) for n in names]]
     for t, after in pairwise(times):
@@ -109,6 +119,68 @@ def test_bricards_mechanism_moves_as_its_independent_solution():
     found = run("Bricard", names, times)
     expected = redundant_mechanisms.bricard_motion(times).reshape(len(times), -1)
     assert np.abs(found - expected).max() < 1e-5
+
+
+def test_andrews_squeezing_mechanism_against_the_test_set():
+    """Angles at 0.03 s of the test set for IVP solvers (problem "Andrews' squeezing mechanism", to 15 digits there)."""
+    expected = {
+        "drive.angle": 15.81077119629904,
+        "pivotB.angle": 0.04082224013073101,
+        "pivotA5.angle": 0.5244099658805304,
+        "pivotA7.angle": 1.048080741042263,
+    }
+    start = {
+        "pivotB.angle": 0.455279819163070380,
+        "pivotA5.angle": 0.48736497954384255,
+        "pivotA7.angle": 1.2305474445498212,
+    }
+    errors = []
+    for h in (2e-5, 1e-5):
+        slave = _core.Slave(changed("AndrewsSqueezer", h))
+        slave.start()
+        for i in range(300):
+            slave.do_step(1e-4 * i, 1e-4)
+        errors.append([slave.get(n) + start.get(n, 0.0) - value for n, value in expected.items()])
+    coarse, fine = np.array(errors)
+    assert np.abs(fine).max() < 1e-3  # h w = 0.02 at 1900 rad/s
+    assert np.abs((4 * fine - coarse) / 3).max() < 1e-5  # without the leading term of second order
+
+
+def flyball_motion(times):
+    """Slider and angle below horizontal of the Flyball with their rates: its arms move alike, H about z is kept."""
+    m, L, r0, Jx, Jt = 5.3, 0.971698113207547, 0.05, 5e-6, 0.0957572169811321  # of an arm
+    K, C, free, g, ms = 8e5, 4e4, 0.5, 9.81, 3.0
+    alone = 5e-6 + 5e-3  # shaft and slider about z
+
+    def spin_inertia(a):
+        return alone + 2 * (m * (r0 + L * np.cos(a)) ** 2 + Jx * np.sin(a) ** 2 + Jt * np.cos(a) ** 2)
+
+    def slope(a):
+        return 2 * (-2 * m * (r0 + L * np.cos(a)) * L * np.sin(a) + (Jx - Jt) * np.sin(2 * a))
+
+    H = spin_inertia(np.pi / 6) * 2 * np.pi
+
+    def rhs(_, y):
+        s, a, s_rate, a_rate = y
+        across, along = 0.5 * np.cos(a), 1 - 0.5 * np.sin(a) - s
+        length = np.hypot(across, along)
+        by_s, by_a = -along / length, (-across * 0.5 * np.sin(a) - along * 0.5 * np.cos(a)) / length
+        tension = 2 * (K * (length - free) + C * (by_s * s_rate + by_a * a_rate))
+        w = H / spin_inertia(a)
+        s_force = -ms * g - tension * by_s
+        a_force = 0.5 * w**2 * slope(a) + 2 * m * g * L * np.cos(a) - tension * by_a
+        return [s_rate, a_rate, s_force / ms, a_force / (2 * (m * L**2 + Jt))]
+
+    start = [0.5, np.pi / 6, 0.0, 0.0]
+    return solve_ivp(rhs, (0, times[-1]), start, "Radau", times, rtol=1e-10, atol=1e-12).y
+
+
+def test_the_flyball_governor_moves_as_its_independent_solution():
+    times = np.linspace(0, 0.5, 51)
+    found = run("Flyball", ["sleeve.displacement", "hinge1.angle", "hinge2.angle"], times, 2e-4)
+    s, a, *_ = flyball_motion(times)
+    assert np.abs(s - s[0]).max() > 0.05  # it moves
+    assert np.abs(found - np.column_stack([s, a, np.pi - a])).max() < 1e-5
 
 
 def test_the_chain_starts_as_its_recursion_says():

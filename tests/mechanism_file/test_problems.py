@@ -114,7 +114,7 @@ def body(text: str) -> str:
             "which is not flexible",
         ),
         # what acts, and settings
-        (JOINT + "forces:\n  f: {type: spring}", 8, "forces.f.type", "did you mean spring_damper"),
+        (JOINT + "forces:\n  f: {type: spring}", 8, "forces.f.type", "did you mean line_spring?"),
         (
             JOINT + "forces:\n  f: {type: spring_damper, bodies: [a, b], stiffness: [1, 1]}",
             8,

@@ -50,12 +50,16 @@ def _moves(file: MechanismFile) -> Iterator[str]:
     if not file.moves:
         yield "assembled: nothing had to move"
     for move in file.moves[:SHOWN]:
-        parts = [(move.position, "m"), (np.degrees(move.turn), "deg")]
-        rates = [(move.velocity, "m/s"), (move.angular_velocity, "rad/s")]
-        changes = ", ".join(f"{value:.4g} {unit}" for value, unit in parts + rates if value)
-        yield f"assembled: {move.body} moved by {changes}"
+        way = _amounts((move.position, "m"), (np.degrees(move.turn), "deg"))
+        change = _amounts((move.velocity, "m/s"), (move.angular_velocity, "rad/s"))
+        parts = [f"moved by {way}"] * bool(way) + [f"got another velocity, by {change}"] * bool(change)
+        yield f"assembled: {move.body} {' and '.join(parts)}"
     if len(file.moves) > SHOWN:
         yield f"assembled: {len(file.moves) - SHOWN} more bodies moved"
+
+
+def _amounts(*values: tuple[float, str]) -> str:
+    return ", ".join(f"{value:.4g} {unit}" for value, unit in values if value)
 
 
 def _unheld(file: MechanismFile) -> Iterator[str]:
