@@ -1,6 +1,7 @@
 """The library: files that say the same as the compiled mechanisms, and mechanisms against independent solutions."""
 
 import json
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -52,7 +53,8 @@ def data(mechanism):
     """All of a definition but initial coordinates of joints, which follow from the bodies."""
     content = json.loads(_core.to_json(mechanism))
     for joint in content["joints"]:
-        joint.pop("coordinate", None), joint.pop("rate", None)
+        for key in [key for key in joint if re.fullmatch(r"(coordinate|rate|displacement|displacement_rate)\d?", key)]:
+            del joint[key]
     return content
 
 

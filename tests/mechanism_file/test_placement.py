@@ -12,8 +12,36 @@ from sigmafmu import _core
 from .helpers import BALL, HEAD, complaint, read
 
 EPS = float(np.finfo(float).eps)
-TYPES = {"spherical": "", "revolute": "c", "prismatic": "d", "fixed": "", "cylindrical": "cd"}
-"""Types of joints that place a body → the coordinates that they have, angle and displacement along z."""
+X, Y, Z = np.eye(3)
+ANGLE, SHIFT = ("coordinate", "rate", "turn", Z), ("coordinate", "rate", "shift", Z)
+TYPES = {
+    "spherical": [],
+    "revolute": [ANGLE],
+    "prismatic": [SHIFT],
+    "fixed": [],
+    "cylindrical": [ANGLE, ("displacement", "displacement_rate", "shift", Z)],
+    "universal": [("coordinate1", "rate1", "turn", Y), ("coordinate2", "rate2", "turn", X)],
+    "planar": [
+        ANGLE,
+        ("displacement1", "displacement_rate1", "shift", X),
+        ("displacement2", "displacement_rate2", "shift", Y),
+    ],
+    "point_on_line": [SHIFT],
+    "free": [(f"coordinate{i + 1}", f"rate{i + 1}", "shift", axis) for i, axis in enumerate((X, Y, Z))],
+}
+"""Types of joints that place a body → keys of their coordinates and rates, and what these do along or about which axis
+of frame 1; of turns the second one follows the first."""
+
+
+def moved(kind, x, t):
+    """Frame 2 from frame 1 at time t; x has (value, rate) of each coordinate."""
+    shift, turn = np.zeros(3), Rotation.identity()
+    for (_, _, what, axis), (value, rate) in zip(TYPES[kind], x, strict=True):
+        if what == "turn":
+            turn = turn * Rotation.from_rotvec((value + rate * t) * axis)
+        else:
+            shift = shift + (value + rate * t) * axis
+    return pose(shift, turn)
 
 
 def pose(position, rotation):
@@ -50,14 +78,15 @@ def random_tree(seed, count=5):
         parent, kind = int(rng.integers(i)), list(TYPES)[rng.integers(len(TYPES))]
         (one, first), (two, second) = random_frame(rng), random_frame(rng)
         forward = rng.random() < 0.6
-        x = {letter: rng.uniform(-2, 2, 2) for letter in TYPES[kind]}
-        keys = {"c": ("coordinate", "rate"), "d": ("coordinate", "rate")}
-        if kind == "cylindrical":
-            keys["d"] = ("displacement", "displacement_rate")
-        values = {key: float(v) for letter in x for key, v in zip(keys[letter], x[letter], strict=True)}
+        x = rng.uniform(-1.5, 1.5, (len(TYPES[kind]), 2))
+        values = {
+            key: float(v)
+            for keys, row in zip(TYPES[kind], x, strict=True)
+            for key, v in zip(keys[:2], row, strict=True)
+        }
         ends = [names[parent], names[i]] if forward else [names[i], names[parent]]
         joints[f"j{i}"] = {"type": kind, "bodies": ends, "frame1": one, "frame2": two, **values}
-        links.append((parent, i, forward, first, second, x))
+        links.append((parent, i, forward, first, second, kind, x))
     # joints that hold later bodies may come first in the file
     order = rng.permutation(list(joints))
     file = {"sigmafmu": 1, "name": "Tree", "bodies": bodies, "joints": {name: joints[name] for name in map(str, order)}}
@@ -67,29 +96,27 @@ def random_tree(seed, count=5):
         start = Rotation.from_euler("ZYX", rpy[::-1])
         centre = position + start.apply(offsets[0]) + velocity * t
         frames = {0: pose(centre - turn.apply(offsets[0]), turn)}
-        for parent, child, forward, first, second, x in links:
-            at = {letter: v[0] + v[1] * t for letter, v in x.items()}
-            moved = pose([0, 0, at.get("d", 0)], Rotation.from_rotvec([0, 0, at.get("c", 0)]))
-            between = first @ moved @ np.linalg.inv(second)
+        for parent, child, forward, first, second, kind, x in links:
+            between = first @ moved(kind, x, t) @ np.linalg.inv(second)
             frames[child] = frames[parent] @ (between if forward else np.linalg.inv(between))
         return [frames[i] @ pose(offsets[i], Rotation.identity()) for i in range(count)]
 
     return file, poses
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(40))
 def test_bodies_hang_where_joints_hold_them_and_move_with_them(seed):
     file, poses = random_tree(seed)
     found = read(yaml.safe_dump(file, sort_keys=False))
     h = 1e-3
     # sixth-order differences: h^6 / 140 of the seventh derivative, and rounding eps / h
     weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
-    moved = {k: poses(k * h) for k in (-3, -2, -1, 1, 2, 3)}
+    at = {k: poses(k * h) for k in (-3, -2, -1, 1, 2, 3)}
     for i, (body, matrix) in enumerate(zip(found.definition["bodies"], poses(0.0), strict=True)):
         R = Rotation.from_quat(body["orientation"]["quaternion"], scalar_first=True).as_matrix()
         np.testing.assert_allclose(body["position"], matrix[:3, 3], atol=50 * EPS)
         np.testing.assert_allclose(R, matrix[:3, :3], atol=50 * EPS)
-        rate = sum(w * (moved[k][i] - moved[-k][i]) for k, w in weights.items()) / h
+        rate = sum(w * (at[k][i] - at[-k][i]) for k, w in weights.items()) / h
         spin = R.T @ rate[:3, :3]
         np.testing.assert_allclose(body["velocity"], rate[:3, 3], atol=1e-10)
         np.testing.assert_allclose(body["angular_velocity"], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-10)
@@ -260,6 +287,69 @@ def test_a_drive_moves_its_joint_to_where_it_prescribes():
         )
     )
     assert get("j.angularRate") == pytest.approx(2 * np.pi, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "kind", ["revolute", "prismatic", "cylindrical", "universal", "planar", "point_on_line", "free"]
+)
+def test_coordinates_with_geometry_in_w_are_what_the_joint_has(kind):
+    """All of them and their rates; frame 2 is at the point and the axes are where the file says."""
+    rng = np.random.default_rng(5)
+    values = dict(zip([key for keys in TYPES[kind] for key in keys[:2]], rng.uniform(-1, 1, 6).tolist(), strict=False))
+    geometry = {"universal": {"axis1": [0, 3, 4], "axis2": [1, 0, 0]}, "planar": {"normal": [1, 2, 2]}, "free": {}}
+    joint = {
+        "type": kind,
+        "bodies": ["a", "b"],
+        "point": [1, 2, 3],
+        **geometry.get(kind, {"axis": [2, 1, 2]}),
+        **values,
+    }
+    body = {"mass": 1, "inertia": [1, 1, 1], "orientation": {"rpy": [1, 2, 3]}, "position": [0, 0, 1]}
+    other = {"mass": 1, "inertia": [1, 1, 1], "orientation": {"rpy": [3, 2, 1]}, "position": [1, 0, 0]}
+    found = read(json.dumps({"sigmafmu": 1, "name": "One", "bodies": {"a": body, "b": other}, "joints": {"j": joint}}))
+    q, v = _core.assemble(found.mechanism.multibody)
+    x, rates = _core.System(found.mechanism.multibody).coordinates(q, v)
+    np.testing.assert_allclose(x, list(values.values())[::2], atol=1e-13)
+    np.testing.assert_allclose(rates, list(values.values())[1::2], atol=1e-12)
+    at = found.definition["joints"][0]["frame2"]["position"]
+    place = np.array([1, 0, 0]) + Rotation.from_euler("ZYX", [1, 2, 3]).apply(at)
+    np.testing.assert_allclose(place, [1, 2, 3], atol=20 * EPS)
+
+
+def test_a_rod_keeps_its_distance_or_has_a_length():
+    text = (
+        HEAD + f"bodies:\n  a: {BALL}\njoints:\n  j: {{type: distance, bodies: [ground, a], point1: [0, 0, 2], "
+        "point2: [0, 0, 0.5]%s}\n"
+    )
+    get = start_values(read(text % ""))
+    assert get("a.position[3]") == pytest.approx(0, abs=1e-14)
+    found = read(text % ", length: 2 m")
+    assert [move.body for move in found.moves] == ["a"]
+    q, _ = _core.assemble(found.mechanism.multibody)
+    point = q[:3] + Rotation.from_quat(q[3:], scalar_first=True).apply([0, 0, 0.5])
+    assert np.linalg.norm(point - [0, 0, 2]) == pytest.approx(2, abs=1e-12)
+
+
+def test_friction_stops_armatures_and_motors():
+    found = read(
+        HEAD + f"bodies:\n  a: {BAR}\n  b: {BAR}\njoints:\n"
+        "  j: {type: revolute, bodies: [ground, a], frame1: {}, friction: 3, creep_rate: 1 deg/s, "
+        "limits: [-90 deg, 1], armature: 2 g cm^2}\n"
+        "  k: {type: planar, bodies: [a, b], point: [0, 0, 0], normal: [0, 0, 1], displacement_limits2: [0, 1 mm], "
+        "displacement_stop_stiffness2: 5 kN/m, displacement_friction1: 2}\n"
+        "  l: {type: spherical, bodies: [ground, b], point: [0, 0, 0], motor: true}\n"
+    ).definition
+    assert found["joint_frictions"] == [
+        {"joint": "j", "coordinate": 0, "friction": 3.0, "creep_rate": pytest.approx(np.pi / 180, rel=2 * EPS)},
+        {"joint": "k", "coordinate": 1, "friction": 2.0},
+    ]
+    quarter = pytest.approx(-np.pi / 2, rel=2 * EPS)
+    assert found["joint_stops"] == [
+        {"joint": "j", "coordinate": 0, "lower_stop": quarter, "upper_stop": 1.0, "stop_stiffness": 1e4},
+        {"joint": "k", "coordinate": 2, "lower_stop": 0.0, "upper_stop": 0.001, "stop_stiffness": 5000.0},
+    ]
+    assert found["joint_armatures"] == [{"joint": "j", "coordinate": 0, "armature": pytest.approx(2e-7, rel=2 * EPS)}]
+    assert found["rotation_motors"] == [{"joint": "l"}]
 
 
 def test_springs_on_coordinates_and_forces_in_frames():

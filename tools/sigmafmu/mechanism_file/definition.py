@@ -3,7 +3,7 @@
 Bodies sit in their centres of mass there, points and axes are in bodies, numbers are SI.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,24 @@ from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
 from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
-from sigmafmu.mechanism_file.table import FORCE_TYPES, GROUND, JOINT_TYPES, MOTIONS, SENSOR_ENDS, SPRING, VERSION, End
+from sigmafmu.mechanism_file.table import (
+    ACTING,
+    FORCE_TYPES,
+    GROUND,
+    JOINT_TYPES,
+    MOTIONS,
+    SENSOR_ENDS,
+    STOP_STIFFNESS,
+    VERSION,
+    End,
+)
 
 Json = dict[str, Any]
 
 STANDARD_GRAVITY = [0.0, 0.0, -9.81]
-ANY_DIRECTION = ("spherical",)
+REQUIRED = ("bodies", "joints")
+"""Lists that the definition has even if they are empty."""
+ANY_DIRECTION = ("spherical", "distance")
 """Joints whose frames have no direction: these have the axes of their bodies."""
 DIRECTIONS = ("axis", "normal")
 """Keys in W that are the z axis of frames."""
@@ -36,7 +48,8 @@ def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> 
         "joints": [_joint(name, joint, placement) for name, joint in joints.items()],
         "loads": [{"name": name, **load} for name, load in file.get("loads", {}).items()],
         "forces": [_force(name, force, placement) for name, force in file.get("forces", {}).items()],
-        "joint_springs": [spring for name, joint in joints.items() for spring in _springs(name, joint)],
+        **{kind: [entry for name, joint in joints.items() for entry in _acting(kind, name, joint)] for kind in ACTING},
+        "rotation_motors": [{"joint": name} for name, joint in joints.items() if joint.get("motor")],
         "drives": [_drive(name, drive, joints) for name, drive in file.get("drives", {}).items()],
         "stations": [{"name": name, **station} for name, station in file.get("stations", {}).items()],
         "sensors": [_sensor(name, sensor, placement) for name, sensor in file.get("sensors", {}).items()],
@@ -46,7 +59,7 @@ def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> 
     expose = file.get("expose", "auto")
     if expose != "auto":
         result["expose"] = {key: ["*"] for key in ("inputs", "outputs", "parameters")} if expose == "all" else expose
-    return result
+    return {key: value for key, value in result.items() if value != [] or key in REQUIRED}
 
 
 def _list(array: np.ndarray) -> list:
@@ -93,7 +106,8 @@ def _joint(name: str, joint: Record, placement: Placement) -> Json:
     else:
         pair = _frames_in_w(joint, placement[first], placement[second])
         frames = {end.frame: _frame(frame) for end, frame in zip(ends, pair, strict=True)}
-    return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames}
+    length = {"length": joint["length"]} if "length" in joint else {}
+    return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames, **length}
 
 
 def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame]:
@@ -101,31 +115,47 @@ def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame
 
     Frame 2 is at the point; displacements count from where frame 1 is then.
     """
-    turn, shift, _, _ = motion(joint["type"], *coordinates(joint))
-    axes1 = axes2 = np.eye(3)
-    if "axis" in joint:
-        axes1 = _core.axes_with_z(np.array(joint["axis"]))
-        axes2 = axes1 @ turn
-    elif "axis1" in joint:  # the cross has y of frame 1 and x of frame 2
+    x, rates = coordinates(joint)
+    turn, shift, _, _ = motion(joint["type"], x, rates)
+    if "axis1" in joint:  # the cross has y of frame 1 and x of frame 2
         across = np.cross(joint["axis2"], joint["axis1"])
         across /= np.linalg.norm(across)
-        axes1 = np.column_stack([np.cross(joint["axis1"], across), joint["axis1"], across])
-        axes2 = np.column_stack([joint["axis2"], np.cross(across, joint["axis2"]), across])
-    point = np.array(joint["point"])
-    origins = first.to_body(point - axes1 @ shift), second.to_body(point)
+        axes1 = np.column_stack([np.cross(joint["axis1"], across), joint["axis1"], across]) @ _about(1, -x[0])
+        axes2 = np.column_stack([joint["axis2"], np.cross(across, joint["axis2"]), across]) @ _about(0, x[1])
+    else:
+        axes1 = _axes_in_w(joint)
+        axes2 = axes1 @ turn
+    points = [np.array(joint[key]) for key in ("point1", "point2") if key in joint] or [np.array(joint["point"])]
+    origins = first.to_body(points[0] - axes1 @ shift), second.to_body(points[-1])
     turned = (axes1, axes2) if joint["type"] in ANY_DIRECTION else (first.R.T @ axes1, second.R.T @ axes2)
     one, two = (Frame(origin, axes, None, origin) for origin, axes in zip(origins, turned, strict=True))
     return one, two
 
 
-def _springs(name: str, joint: Record) -> list[Json]:
-    """Springs and dampers on the coordinates of a joint."""
-    result = []
+def _acting(kind: str, name: str, joint: Record) -> Iterator[Json]:
+    """What acts on the coordinates of a joint, of one list of the definition."""
     for i, c in enumerate(JOINT_TYPES[joint["type"]].coordinates):
-        given = {word: joint[c.key(key)] for key, word in SPRING.items() if c.key(key) in joint}
+        given: Json = {}
+        for key in ACTING[kind]:
+            value = joint.get(c.key(key.word))
+            if value is not None:
+                given |= dict(zip(key.into or (key.word,), value if key.into else (value,), strict=True))
+        if "lower_stop" in given:
+            given.setdefault("stop_stiffness", STOP_STIFFNESS[0 if c.turns else 1])
         if given:
-            result.append({"joint": name, "coordinate": i, **given})
-    return result
+            yield {"joint": name, "coordinate": i, **given}
+
+
+def _axes_in_w(element: Record) -> np.ndarray:
+    """Axes of W that geometry there asks for: z is a direction if there is one."""
+    direction = next((element[key] for key in DIRECTIONS if key in element), None)
+    if direction is not None:
+        return _core.axes_with_z(np.array(direction))
+    return rotations.matrix(rotations.of_orientation(element.get("orientation")))
+
+
+def _about(axis: int, angle: float) -> np.ndarray:
+    return rotations.matrix(rotations.of_vector(angle * np.eye(3)[axis]))
 
 
 def _force(name: str, force: Record, placement: Placement) -> Json:
@@ -164,11 +194,7 @@ def _attached(element: Record, ends: Sequence[End], placement: Placement) -> Jso
 
 def _frame_in_w(element: Record, in_w: Sequence[str], pose: Pose) -> Frame:
     """A frame of a body that the file gives in W: z is the direction, if there is one."""
-    direction = next((element[key] for key in in_w if key in DIRECTIONS and key in element), None)
-    if direction is not None:
-        axes = _core.axes_with_z(np.array(direction))
-    else:
-        axes = rotations.matrix(rotations.of_orientation(element.get("orientation")))
+    axes = _axes_in_w(element)
     origin = pose.to_body(np.array(element[in_w[0]]))
     return Frame(origin, pose.R.T @ axes, None, origin)
 

@@ -107,6 +107,26 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Flag:
+    """True or false."""
+
+    @property
+    def text(self) -> str:
+        """What it is."""
+        return "`true` or `false`"
+
+    def read(self, node: Node, where: str, context: Context) -> Any:
+        """The truth value."""
+        if isinstance(node.value, bool):
+            return node.value
+        return context.refuse(node.line, where, f"is {node.kind}; it must be true or false")
+
+    def schema(self) -> dict[str, Any]:
+        """A boolean."""
+        return {"type": "boolean"}
+
+
+@dataclass(frozen=True)
 class Whole:
     """A whole number of at least `least`."""
 

@@ -1,6 +1,7 @@
 """Reads a mechanism file: everything that is wrong with it at once, or a mechanism that starts."""
 
 import json
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -182,7 +183,14 @@ def _modal_data(
 
 
 def _place_of(message: str, file: Record) -> tuple[int, str]:
-    """Line and path of what a message of the core names: the element whose name comes first, the longest if several."""
+    """Line and path of what a message of the core names: the element whose name comes first, the longest if several.
+
+    The reader of definitions names `forces[2]`, which is an element of the file too.
+    """
+    numbered = re.match(r"(\w+)\[(\d+)\]", message)
+    if numbered and numbered[1] in ELEMENTS:
+        name = list(file.get(numbered[1], {}))[int(numbered[2])]
+        return file[numbered[1]][name].line, f"{numbered[1]}.{name}"
     words = message.replace(",", " ").replace(";", " ").split()
     best: tuple[int, int, int, str] | None = None
     for key in (*ELEMENTS, "integrator", "experiment"):

@@ -10,8 +10,6 @@ from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.table import GROUND, JOINT_TYPES
 
 ZERO = np.zeros(3)
-PLACING = {"frame1", "frame2"}
-"""Keys of joints that say where bodies are to each other."""
 
 
 @dataclass
@@ -97,6 +95,11 @@ def coordinates(joint: Record) -> tuple[list[float], list[float]]:
     return [joint.get(c.key("coordinate"), 0.0) for c in kinds], [joint.get(c.key("rate"), 0.0) for c in kinds]
 
 
+def _places(joint: Record) -> bool:
+    """Whether it says where one body is to the other."""
+    return JOINT_TYPES[joint["type"]].places and ("frame1" in joint or "frame2" in joint)
+
+
 class Placement:
     """Poses of all bodies by their names, the ground among them."""
 
@@ -106,12 +109,12 @@ class Placement:
         self.poses = {GROUND: Pose()}
         self._bodies, self._nodes = bodies, nodes or {}
         # those that place a body: joints with frames; geometry in W says nothing of where bodies are
-        by_frames = [(name, joint) for name, joint in joints.items() if PLACING & joint.keys()]
+        by_frames = [(name, joint) for name, joint in joints.items() if _places(joint)]
         for name, body in bodies.items():
             if "position" in body:
                 self._begin(name, body)
         # nothing holds these to what is placed, but they may hold others: first those that are drawn in W
-        drawn = {body for joint in joints.values() if not PLACING & joint.keys() for body in joint["bodies"]}
+        drawn = {body for joint in joints.values() if not _places(joint) for body in joint["bodies"]}
         for name in sorted(bodies, key=lambda name: name not in drawn):
             self._hang(by_frames)
             if name not in self.poses:

@@ -14,7 +14,7 @@ SHOWN = 20
 def report(file: MechanismFile) -> Iterator[str]:
     """Lines of text."""
     content, multibody = file.definition, file.mechanism.multibody
-    counts = ((key, len(content[key])) for key in ("bodies", "joints", "forces", "loads", "drives"))
+    counts = ((key, len(content.get(key, ()))) for key in ("bodies", "joints", "forces", "loads", "drives"))
     yield f"{content['name']}: " + ", ".join(f"{n} {key if n > 1 else _one(key)}" for key, n in counts if n)
     freedom = _core.freedom(multibody)
     yield f"degrees of freedom: {freedom}"
@@ -65,7 +65,9 @@ def _amounts(*values: tuple[float, str]) -> str:
 def _unheld(file: MechanismFile) -> Iterator[str]:
     """Bodies that no joint and no force ties to anything: no error, but seldom meant."""
     content = file.definition
-    tied = {body for key in ("joints", "forces") for element in content[key] for body in element.get("bodies", ())}
+    tied = {
+        body for key in ("joints", "forces") for element in content.get(key, ()) for body in element.get("bodies", ())
+    }
     free = [body["name"] for body in content["bodies"] if body["name"] not in tied]
     if free:
         falls = "falls" if any(content["gravity"]) else "moves on"

@@ -5,6 +5,7 @@ here: its keys, with dimension, meaning and default, and the geometry that says 
 (definition.py). Keys that are not geometry go into the definition under their own names.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from sigmafmu.mechanism_file.checks import check_body, check_ends, check_orientation, check_shape
@@ -12,7 +13,9 @@ from sigmafmu.mechanism_file.kinds import (
     ByType,
     Direction,
     Either,
+    Flag,
     Key,
+    Kind,
     Later,
     List,
     Named,
@@ -46,6 +49,11 @@ def least(dimension: str) -> Number:
 def positive(dimension: str) -> Number:
     """A number above zero."""
     return Number(dimension, 0.0, above=True)
+
+
+def limits(dimension: str) -> List:
+    """The least and the largest of what is allowed."""
+    return List(Number(dimension), 2)
 
 
 ORIENTATION = Struct(
@@ -173,29 +181,72 @@ class Coordinate:
 
 ANGLE, DISPLACEMENT = Coordinate(turns=True), Coordinate(turns=False)
 BOTH = (ANGLE, Coordinate(turns=False, beside_angle=True))
+CROSS = (Coordinate(turns=True, number="1", axis=1), Coordinate(turns=True, number="2", axis=0))
+PLANE = (
+    ANGLE,
+    Coordinate(turns=False, number="1", beside_angle=True, axis=0),
+    Coordinate(turns=False, number="2", beside_angle=True, axis=1),
+)
+SPACE = tuple(Coordinate(turns=False, number=str(i + 1), axis=i) for i in range(3))
 
-SPRING = {"stiffness": "stiffness", "damping": "damping", "rest": "rest"}
-"""Keys of a spring on a coordinate → those in the definition."""
+
+@dataclass(frozen=True)
+class ActingKey:
+    """A key for what acts on a coordinate."""
+
+    word: str
+    dimensions: tuple[str, str]
+    """For an angle, for a displacement."""
+    meaning: str
+    default: str = "0"
+    kind: Callable[[str], Kind] = least
+    """Of a dimension."""
+    into: tuple[str, ...] = ()
+    """Keys in the definition, where these are others."""
+
+
+ACTING = {
+    "joint_springs": (
+        ActingKey("stiffness", ("torsional stiffness", "stiffness"), "of a spring"),
+        ActingKey("damping", ("torsional damping", "damping"), "of a damper"),
+        ActingKey("rest", ("angle", "length"), "where the spring has no force", kind=Number),
+    ),
+    "joint_frictions": (
+        ActingKey("friction", ("torque", "force"), "Coulomb's"),
+        ActingKey("stribeck_friction", ("torque", "force"), "what is added to it at rest"),
+        ActingKey("stribeck_rate", ("angular velocity", "velocity"), "at which 1/e of that is left", "0.1", positive),
+        ActingKey("viscous_friction", ("torsional damping", "damping"), "by the rate"),
+        ActingKey(
+            "creep_rate", ("angular velocity", "velocity"), "at which friction has 76 % of it", "0.001", positive
+        ),
+    ),
+    "joint_stops": (
+        ActingKey(
+            "limits", ("angle", "length"), "where its stops are", "none", limits, into=("lower_stop", "upper_stop")
+        ),
+        ActingKey("stop_stiffness", ("torsional stiffness", "stiffness"), "of the stops", "1e4, 1e6"),
+        ActingKey("stop_damping", ("torsional slowness", "slowness"), "of the stops"),
+        ActingKey("stop_depth", ("angle", "length"), "from which the stops are stiff", "0.001", positive),
+    ),
+    "joint_armatures": (ActingKey("armature", ("inertia", "mass"), "inertia that moves with it, as a motor's rotor"),),
+}
+"""What acts on coordinates: the list in the definition → its keys."""
+
+STOP_STIFFNESS = (1e4, 1e6)
+"""Of limits that do not say theirs: of an angle [N m/rad], of a displacement [N/m]."""
 
 
 def _coordinate_keys(c: Coordinate) -> tuple[Key, ...]:
     what = "its angle" if c.turns else "its displacement"
+    start = c.dimension("angle", "length"), c.dimension("angular velocity", "velocity")
     return (
-        Key(
-            c.key("coordinate"),
-            Number(c.dimension("angle", "length")),
-            f"{what} at the start",
-            default="0, or as placed",
+        Key(c.key("coordinate"), Number(start[0]), f"{what} at the start", default="0, or as placed"),
+        Key(c.key("rate"), Number(start[1]), f"rate of {what} at the start", default="0, or by the bodies"),
+        *(
+            Key(c.key(key.word), key.kind(c.dimension(*key.dimensions)), key.meaning, default=key.default)
+            for keys in ACTING.values()
+            for key in keys
         ),
-        Key(
-            c.key("rate"),
-            Number(c.dimension("angular velocity", "velocity")),
-            f"rate of {what} at the start",
-            default="0, or by the bodies",
-        ),
-        Key(c.key("stiffness"), least(c.dimension("torsional stiffness", "stiffness")), "of a spring", default="0"),
-        Key(c.key("damping"), least(c.dimension("torsional damping", "damping")), "of a damper", default="0"),
-        Key(c.key("rest"), Number(c.dimension("angle", "length")), "where the spring has no force", default="0"),
     )
 
 
@@ -255,15 +306,29 @@ class JointType:
     meaning: str
     ends: tuple[End, ...]
     coordinates: tuple[Coordinate, ...] = ()
+    keys: tuple[Key, ...] = ()
+    places: bool = True
+    """Whether it says where one body is to the other."""
 
+
+MOTOR = (Key("motor", Flag(), "whether it has inputs for a torque between its bodies", default="false"),)
 
 JOINT_TYPES = {
-    "spherical": JointType("holds a point", both("point")),
+    "spherical": JointType("holds a point", both("point"), keys=MOTOR),
     "revolute": JointType("turns about an axis", both("point", "axis"), (ANGLE,)),
-    "universal": JointType("holds a point; the two axes stay perpendicular", both("point", "axis1", "axis2")),
+    "universal": JointType("holds a point; the two axes stay perpendicular", both("point", "axis1", "axis2"), CROSS),
     "prismatic": JointType("slides along an axis", both("point", "axis"), (DISPLACEMENT,)),
     "fixed": JointType("holds everything", both("point")),
     "cylindrical": JointType("turns about an axis and slides along it", both("point", "axis"), BOTH),
+    "planar": JointType("turns about a normal and slides across it", both("point", "normal"), PLANE),
+    "point_on_line": JointType("keeps a point on an axis", both("point", "axis"), (DISPLACEMENT,), MOTOR),
+    "distance": JointType(
+        "keeps two points apart, as a rod",
+        (End(("point1",), "frame1", 0), End(("point2",), "frame2", 1)),
+        keys=(Key("length", positive("length"), "of the rod", default="the distance at the start"), *MOTOR),
+        places=False,
+    ),
+    "free": JointType("holds nothing", both("point", "orientation"), SPACE, MOTOR),
 }
 
 
@@ -272,6 +337,7 @@ def _joint(name: str, joint: JointType) -> Struct:
         Key("type", Word((name,)), joint.meaning, required=True),
         PAIR,
         *_ends(joint.ends),
+        *joint.keys,
         *(key for c in joint.coordinates for key in _coordinate_keys(c)),
     )
     return Struct(keys, check_ends(joint.ends), name)

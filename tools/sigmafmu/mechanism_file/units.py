@@ -29,6 +29,7 @@ DIMENSIONS = {
     "rate": "1/s",
     "modulus": "Pa",
     "slowness": "s/m",
+    "torsional slowness": "s/rad",
 }
 """What a number may be → its SI unit. Per radian may be left out: `N m` is a torsional stiffness too."""
 
