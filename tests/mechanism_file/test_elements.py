@@ -112,6 +112,81 @@ def test_a_plane_is_in_the_first_body_and_a_sphere_in_the_second():
     assert (found["radius"], found["modulus"]) == (0.05, 2e6)
 
 
+HINGES = """bodies:
+  a: {mass: 1, inertia: [1, 1, 1]}
+  b: {mass: 1, inertia: [1, 1, 1]}
+joints:
+  j: {type: revolute, bodies: [ground, a], frame1: {}, coordinate: 0.5}
+  k: {type: cylindrical, bodies: [ground, b], frame1: {}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "terms", "offset"),
+    [
+        ("gear, joints: [j, k], ratio: -2", [("j", 0, [0, 2]), ("k", 0, [0, 1])], None),
+        ("rack_and_pinion, joints: [j, k.displacement], radius: 3 cm", [("j", 0, [0, -0.03]), ("k", 1, [0, 1])], None),
+        ("mimic, joints: [k, j], polynomial: [1, 2, 3]", [("k", 0, [0, 1]), ("j", 0, [-1, -2, -3])], 0),
+        (
+            "differential, joints: [j, k, k.displacement]",
+            [("j", 0, [0, 1]), ("k", 0, [0, -0.5]), ("k", 1, [0, -0.5])],
+            None,
+        ),
+        (
+            "sum, joints: [j, k], polynomials: [[0, 1], [0, 0, 3]], offset: 0.8",
+            [("j", 0, [0, 1]), ("k", 0, [0, 0, 3])],
+            0.8,
+        ),
+    ],
+)
+def test_couplings(text, terms, offset):
+    found = read(f"{HEAD}{HINGES}couplings:\n  c: {{type: {text}}}\n").definition["couplings"][0]
+    assert [(t["joint"], t["coordinate"], t["polynomial"]) for t in found["terms"]] == terms
+    assert found.get("offset") == offset
+
+
+def test_a_mimic_moves_its_follower_to_where_it_belongs():
+    found = read(f"{HEAD}{HINGES}couplings:\n  c: {{type: mimic, joints: [k, j], polynomial: [1, 2]}}\n")
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    assert slave.get("j.angle") == pytest.approx(0.5, abs=1e-12)
+    assert slave.get("k.angle") == pytest.approx(2.0, abs=1e-12)
+
+
+def test_drives():
+    found = read(
+        f"{HEAD}{HINGES}drives:\n  j: {{motion: rate, table: [[0, 0], [500 ms, 60 rpm]]}}\n"
+        "  k.displacement: {motion: acceleration, value: input}\n"
+    ).definition["drives"]
+    turn = pytest.approx(2 * np.pi, rel=2 * EPS)
+    assert found == [
+        {"joint": "j", "coordinate": 0, "motion": "rate", "table": {"times": [0, 0.5], "values": [0, turn]}},
+        {"joint": "k", "coordinate": 1, "motion": "acceleration", "value": 0.0, "input": True},
+    ]
+
+
+def test_what_is_driven_by_an_input_follows_it():
+    slave = _core.Slave(read(f"{HEAD}{HINGES}drives: {{j: {{motion: rate, value: input}}}}\n").mechanism)
+    slave.set("j.drivenRate", 3.0)
+    slave.start()
+    slave.do_step(0, 0.1)
+    assert slave.get("j.angle") == pytest.approx(0.8, abs=1e-12)
+
+
+def test_joints_hold_to_moving_frames_of_the_ground():
+    """A body hung on a deck at (0, 0, 1) that is turned by 90 degrees about z and rises by 2 m/s."""
+    found = read(
+        f"{HEAD}bodies:\n  a: {{mass: 1, inertia: [1, 1, 1], center_of_mass: [0.5, 0, 0]}}\njoints:\n"
+        "  j: {type: revolute, bodies: [ground, a], frame1: {motion: deck, position: [1, 0, 0]}}\n"
+        "motions:\n  deck: {position: [0, 0, 1], orientation: {rpy: [0, 0, 90 deg]}, z: [[0, 0], [1, 2]]}\n"
+    )
+    assert found.definition["joints"][0]["frame1"]["node"] == 0
+    np.testing.assert_allclose(found.definition["bodies"][0]["position"], [0, 1.5, 1], atol=10 * EPS)
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    assert [slave.get(f"a.velocity[{i}]") for i in (1, 2, 3)] == pytest.approx([0, 0, 2], abs=1e-12)
+
+
 def test_sensors():
     found, to_w, turned = element("{type: imu, body: a, point: [1, 2, 4]}", "sensors")
     np.testing.assert_allclose(to_w(found["frame"]["position"], "a"), [1, 2, 4], atol=10 * EPS)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from sigmafmu import _core
 from sigmafmu.mechanism_file.load import load
@@ -24,6 +25,7 @@ DEGREES = {
     "FlexibleSliderCrank": 5,
     "Flyball": 4,
     "FreeBody": 6,
+    "GearTrain": 2,
     "HeavyTop": 3,
     "HighSpeedRotor": 6,
     "PlanarFourBar": 1,
@@ -183,6 +185,18 @@ def test_the_flyball_governor_moves_as_its_independent_solution():
     s, a, *_ = flyball_motion(times)
     assert np.abs(s - s[0]).max() > 0.05  # it moves
     assert np.abs(found - np.column_stack([s, a, np.pi - a])).max() < 1e-5
+
+
+def test_the_gear_train_moves_as_its_independent_solution():
+    """Rates of the wheels from linear equations: the motor has -4 times the carrier's rate, that is half their sum."""
+    carrier, motor = np.array([0.5, 0.5]), np.array([-2.0, -2.0])
+    M = 2e-3 * np.outer(motor, motor) + 0.03 * np.outer(carrier, carrier) + 0.2 * np.eye(2)
+    A, b = -np.linalg.solve(M, np.diag([0, 0.5])), np.linalg.solve(M, 0.5 * motor)
+    times = np.linspace(0, 2, 21)
+    expected = [expm(np.block([[A, b[:, None]], [np.zeros((1, 3))]]) * t)[:2, 2] for t in times]
+    found = run("GearTrain", ["leftShaft.angularRate", "rightShaft.angularRate", "motorShaft.angularRate"], times)
+    assert np.abs(found[:, :2] - expected).max() < 1e-5
+    assert np.abs(found[:, 2] - np.array(expected) @ motor).max() < 1e-4
 
 
 def test_the_chain_starts_as_its_recursion_says():

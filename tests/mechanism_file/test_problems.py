@@ -5,6 +5,10 @@ import pytest
 from .helpers import BALL, HEAD, complaint, complaints
 
 JOINT = HEAD + f"bodies:\n  a: {BALL}\n  b: {BALL}\njoints:\n"
+TWO = "".join(
+    f"  {name}: {{type: revolute, bodies: [ground, {body}], point: [0, 0, 0], axis: [0, 0, 1]}}\n"
+    for name, body in (("j", "a"), ("k", "b"))
+)
 PIN = "type: revolute, bodies: [ground, a], point: [0, 0, 0], axis: [0, 0, 1]"
 
 
@@ -38,7 +42,7 @@ def body(text: str) -> str:
         (body("{mass: 1, inertia: [1, .inf, 1]}"), 4, "bodies.a.inertia[2]", "it must be finite"),
         (body("{mass: 1e999, inertia: [1, 1, 1]}"), 4, "bodies.a.mass", "it must be finite"),
         (body("{mass: 1e60, inertia: [1, 1, 1]}"), 4, "bodies.a.mass", "it must be at most 1e+50 in size"),
-        (body("{mass: 1, inertia: [1, -1, 1]}"), 4, "bodies.a.inertia[2]", "is -1 kg m²; it must be above 0"),
+        (body("{mass: 1, inertia: [1, -1, 1]}"), 4, "bodies.a.inertia[2]", "is -1 kg m²; it must be at least 0"),
         (body("{mass: 1, inertia: [1, 2, 4]}"), 4, "bodies.a.inertia", "triangle inequality"),
         (body("{mass: 1, inertia: {xx: 1, yy: 1, zz: 1, xy: 2}}"), 4, "bodies.a.inertia", "all must be positive"),
         (body("{mass: 1, inertia: {xx: 1, yy: 1}}"), 4, "bodies.a.inertia", "zz is missing"),
@@ -135,6 +139,45 @@ def body(text: str) -> str:
             "drives.j.motion",
             "allowed are position",
         ),
+        (
+            JOINT + f"{TWO}couplings:\n  c: {{type: gear, joints: [j], ratio: 2}}",
+            10,
+            "couplings.c.joints",
+            "a list of 2",
+        ),
+        (JOINT + f"{TWO}couplings:\n  c: {{type: gear, joints: [j, k]}}", 10, "couplings.c", "ratio is missing"),
+        (
+            JOINT + f"{TWO}couplings:\n  c: {{type: gear, joints: [j, j], ratio: 1}}",
+            10,
+            "couplings.c.joints",
+            "has j twice; coordinates must differ",
+        ),
+        (
+            JOINT + f"{TWO}couplings:\n  c: {{type: sum, joints: [j, k], polynomials: [[0, 1]]}}",
+            10,
+            "couplings.c.polynomials",
+            "it must have one for each of the 2 joints",
+        ),
+        (
+            JOINT + f"{TWO}drives:\n  j: {{motion: rate, table: [[0, 1], [1 s, 60 rpm], [0.5, 2]]}}",
+            10,
+            "drives.j.table[3]",
+            "comes at 0.5 after 1; points must ascend",
+        ),
+        (JOINT + f"{TWO}drives:\n  j: {{motion: rate, table: [[0, 1]]}}", 10, "drives.j.table", "at least two points"),
+        (JOINT + f"{TWO}drives:\n  j: {{motion: rate}}", 10, "drives.j", "it must have one of value, table"),
+        (
+            JOINT + f"{TWO}motions:\n  m: {{input: true, x: [[0, 0], [1, 1]]}}",
+            10,
+            "motions.m.x",
+            "it must be one",
+        ),
+        (
+            JOINT + "  j: {type: spherical, bodies: [ground, a], frame2: {motion: m}}\nmotions:\n  m: {}",
+            7,
+            "joints.j.frame2.motion",
+            "is a moving frame of the ground",
+        ),
         (JOINT + "experiment: {stop_time: 0}", 7, "experiment.stop_time", "it must be above 0"),
         (JOINT + "experiment: {stop: 1}", 7, "experiment.stop", "allowed are stop_time, step_size"),
         (JOINT + "integrator: {formulatin: index3}", 7, "integrator.formulatin", "did you mean formulation?"),
@@ -179,6 +222,21 @@ def test_joints_that_cannot_close_are_named_with_their_gap():
     )
     assert all(name in message for name in ("first", "second", "third"))
     assert " m" in message
+
+
+def test_joints_that_follow_themselves_are_refused_with_the_way_round():
+    pins = "".join(
+        f"  {name}: {{type: revolute, bodies: [ground, {name}x], point: [0, 0, 0], axis: [0, 0, 1]}}\n"
+        for name in "jkl"
+    )
+    found = complaints(
+        HEAD + "bodies:\n" + "".join(f"  {name}x: {BALL}\n" for name in "jkl") + "joints:\n" + pins + "couplings:\n"
+        "  one: {type: mimic, joints: [j, k], polynomial: [0, 1]}\n"
+        "  two: {type: mimic, joints: [k, l], polynomial: [0, 1]}\n"
+        "  three: {type: mimic, joints: [l, j], polynomial: [0, 1]}\n"
+    )
+    assert [line.split(": ", 1)[0] for line in found] == ["some.yaml:12", "some.yaml:13", "some.yaml:14"]
+    assert "couplings.one: j follows k follows l follows j; a joint must not follow itself" in found[0]
 
 
 def test_a_body_that_nothing_holds_is_information(tmp_path):

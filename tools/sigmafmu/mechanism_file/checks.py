@@ -1,6 +1,6 @@
 """What the keys of one mapping do not allow together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,8 @@ from sigmafmu.mechanism_file.kinds import Check, Context, Record
 
 THIN = 1e-9
 """A rod or a lamina is on the boundary of what is possible: so much is allowed for the rounding of its data."""
+NO_MOMENT = 1e-12
+"""Of the largest moment: less is the zero of a thin rod about its axis."""
 PERPENDICULAR = 1e-6
 """Cosine between axes of a universal joint; what is left of it is moved when the mechanism is assembled."""
 OPTIONAL = ("orientation",)
@@ -50,8 +52,10 @@ def _check_inertia(body: Record, context: Context) -> None:
     moments = np.linalg.eigvalsh(inertia_matrix(body["inertia"]))
     line, where = body.line_of("inertia"), f"{body.where}.inertia"
     shown = ", ".join(f"{moment:.6g}" for moment in moments) + " kg m²"
-    if not moments[0] > 0:
-        context.refuse(line, where, f"has the principal moments {shown}; all must be positive")
+    if not (moments[0] >= -NO_MOMENT * moments[2] and moments[1] > NO_MOMENT * moments[2]):
+        context.refuse(
+            line, where, f"has the principal moments {shown}; all must be positive, or one zero (a thin rod)"
+        )
     elif moments[2] > (moments[0] + moments[1]) * (1 + THIN):
         context.refuse(
             line,
@@ -83,8 +87,55 @@ def check_ends(ends: Sequence[Any]) -> Check:
                     context.refuse(element.line, element.where, text)
         if "axis1" in element and "axis2" in element:
             _check_cross(element, context)
+        _check_motions(element, ends, context)
 
     return check
+
+
+def _check_motions(element: Record, ends: Sequence[Any], context: Context) -> None:
+    """Only the ground has moving frames."""
+    bodies = element["bodies"] if "bodies" in element else [element.get("body")]
+    for end in ends:
+        frame = element.get(end.frame, {})
+        if "motion" in frame and (bodies[end.body] != "ground" or "node" in frame):
+            text = "is a moving frame of the ground; neither bodies nor nodes have one"
+            context.refuse(frame.line_of("motion"), f"{frame.where}.motion", text)
+
+
+def check_motion(motion: Record, context: Context) -> None:
+    """A moving frame is an input or has tables."""
+    for key in ("x", "y", "z", "rx", "ry", "rz"):
+        if motion.get("input") and key in motion:
+            context.refuse(
+                motion.line_of(key), f"{motion.where}.{key}", "is a table, and the motion an input; it must be one"
+            )
+
+
+def check_coupling(coupling: Record, context: Context) -> None:
+    """Coordinates differ, and polynomials are as many."""
+    joints = coupling["joints"]
+    for name in {name for name in joints if joints.count(name) > 1}:
+        text = f"has {name} twice; coordinates must differ"
+        context.refuse(coupling.line_of("joints"), f"{coupling.where}.joints", text)
+    polynomials = coupling.get("polynomials", joints)
+    if len(polynomials) != len(joints):
+        text = f"has {len(polynomials)} entries; it must have one for each of the {len(joints)} joints"
+        context.refuse(coupling.line_of("polynomials"), f"{coupling.where}.polynomials", text)
+
+
+def check_mimics(couplings: Mapping[str, Record], context: Context) -> None:
+    """No coordinate follows itself, over whatever others."""
+    mimics = [coupling for coupling in couplings.values() if coupling["type"] == "mimic"]
+    leader_of = dict(coupling["joints"] for coupling in mimics)
+    for coupling in mimics:
+        first = coupling["joints"][0]
+        way, at = [first], leader_of[first]
+        while at in leader_of and at not in way:
+            way.append(at)
+            at = leader_of[at]
+        if at == first:
+            text = f"{' follows '.join([*way, first])}; a joint must not follow itself"
+            context.refuse(coupling.line, coupling.where, text)
 
 
 def _check_cross(joint: Record, context: Context) -> None:

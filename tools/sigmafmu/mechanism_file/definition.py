@@ -15,10 +15,13 @@ from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
 from sigmafmu.mechanism_file.table import (
     ACTING,
+    COUPLING_TYPES,
     FORCE_TYPES,
     GROUND,
+    INPUT,
     JOINT_TYPES,
     MOTIONS,
+    MOVING,
     SENSOR_ENDS,
     STOP_STIFFNESS,
     VERSION,
@@ -51,6 +54,8 @@ def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> 
         **{kind: [entry for name, joint in joints.items() for entry in _acting(kind, name, joint)] for kind in ACTING},
         "rotation_motors": [{"joint": name} for name, joint in joints.items() if joint.get("motor")],
         "drives": [_drive(name, drive, joints) for name, drive in file.get("drives", {}).items()],
+        "couplings": [_coupling(name, coupling, joints) for name, coupling in file.get("couplings", {}).items()],
+        "motions": [_motion(name, motion) for name, motion in file.get("motions", {}).items()],
         "stations": [{"name": name, **station} for name, station in file.get("stations", {}).items()],
         "sensors": [_sensor(name, sensor, placement) for name, sensor in file.get("sensors", {}).items()],
         "integrator": file.get("integrator", {}),
@@ -93,6 +98,10 @@ def modal_file(body: Record) -> str:
     return flexible["file"] if isinstance(flexible, dict) else flexible
 
 
+def _fixed(origin: np.ndarray, axes: np.ndarray) -> Frame:
+    return Frame(origin, axes, None, origin, axes)
+
+
 def _frame(frame: Frame) -> Json:
     node = {} if frame.node is None else {"node": frame.node}
     return {"position": _list(frame.origin), "orientation": {"matrix": _list(frame.axes)}, **node}
@@ -128,7 +137,7 @@ def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame
     points = [np.array(joint[key]) for key in ("point1", "point2") if key in joint] or [np.array(joint["point"])]
     origins = first.to_body(points[0] - axes1 @ shift), second.to_body(points[-1])
     turned = (axes1, axes2) if joint["type"] in ANY_DIRECTION else (first.R.T @ axes1, second.R.T @ axes2)
-    one, two = (Frame(origin, axes, None, origin) for origin, axes in zip(origins, turned, strict=True))
+    one, two = (_fixed(origin, axes) for origin, axes in zip(origins, turned, strict=True))
     return one, two
 
 
@@ -196,7 +205,7 @@ def _frame_in_w(element: Record, in_w: Sequence[str], pose: Pose) -> Frame:
     """A frame of a body that the file gives in W: z is the direction, if there is one."""
     axes = _axes_in_w(element)
     origin = pose.to_body(np.array(element[in_w[0]]))
-    return Frame(origin, pose.R.T @ axes, None, origin)
+    return _fixed(origin, pose.R.T @ axes)
 
 
 def split_coordinate(name: str, joints: Mapping[str, Record]) -> tuple[str, int]:
@@ -210,7 +219,37 @@ def split_coordinate(name: str, joints: Mapping[str, Record]) -> tuple[str, int]
 
 def _drive(name: str, drive: Record, joints: Mapping[str, Record]) -> Json:
     joint, coordinate = split_coordinate(name, joints)
-    return {"joint": joint, "coordinate": coordinate, "motion": drive["motion"], "value": drive["value"]}
+    result = {"joint": joint, "coordinate": coordinate, "motion": drive["motion"]}
+    if "table" in drive:
+        return result | {"table": _table(drive["table"])}
+    if drive["value"] == INPUT:
+        return result | {"value": 0.0, "input": True}
+    return result | {"value": drive["value"]}
+
+
+def _table(points: tuple[list[float], list[float]]) -> Json:
+    return dict(zip(("times", "values"), points, strict=True))
+
+
+def _motion(name: str, motion: Record) -> Json:
+    axes = rotations.matrix(rotations.of_orientation(motion.get("orientation")))
+    return {
+        "name": name,
+        "position": motion.get("position", [0.0, 0.0, 0.0]),
+        "orientation": {"matrix": _list(axes)},
+        **({"input": True} if motion.get("input") else {}),
+        **{key: _table(motion[key]) for key in MOVING if key in motion},
+    }
+
+
+def _coupling(name: str, coupling: Record, joints: Mapping[str, Record]) -> Json:
+    kind = COUPLING_TYPES[coupling["type"]]
+    terms = []
+    for coordinate, polynomial in zip(coupling["joints"], kind.polynomials(coupling), strict=True):
+        joint, index = split_coordinate(coordinate, joints)
+        terms.append({"joint": joint, "coordinate": index, "polynomial": polynomial})
+    offset = kind.offset(coupling)
+    return {"name": name, "terms": terms, **({} if offset is None else {"offset": offset})}
 
 
 def value_dimension(name: str, drive: Record, joints: Mapping[str, Record]) -> str:

@@ -280,6 +280,46 @@ class List:
         return {"type": "array", "items": self.of.schema(), **size, **({"maxItems": self.count} if self.count else {})}
 
 
+@dataclass(frozen=True)
+class Points:
+    """At least two points [x, y] of a table, x ascending."""
+
+    x: Kind
+    y: Kind
+
+    @property
+    def text(self) -> str:
+        """What it is."""
+        return f"list of [{self.x.text}, {self.y.text}]"
+
+    def read(self, node: Node, where: str, context: Context) -> Any:
+        """The list of x and that of y."""
+        if not isinstance(node.value, list) or len(node.value) < 2:
+            return context.refuse(node.line, where, f"must be a list of at least two points, each {self._point}")
+        xs, ys = [], []
+        for i, point in enumerate(node.value, 1):
+            place = f"{where}[{i}]"
+            if not isinstance(point.value, list) or len(point.value) != 2:
+                context.refuse(point.line, place, f"is no point; it must be {self._point}")
+                continue
+            xs.append(self.x.read(point.value[0], f"{place}[1]", context))
+            ys.append(self.y.read(point.value[1], f"{place}[2]", context))
+            if len(xs) > 1 and INVALID not in xs[-2:] and not xs[-1] > xs[-2]:
+                context.refuse(point.line, place, f"comes at {xs[-1]:g} after {xs[-2]:g}; points must ascend")
+                xs[-1] = INVALID
+        bad = len(xs) < len(node.value) or INVALID in xs or INVALID in ys
+        return INVALID if bad else (xs, ys)
+
+    @property
+    def _point(self) -> str:
+        return f"[{self.x.text}, {self.y.text}]"
+
+    def schema(self) -> dict[str, Any]:
+        """An array of pairs."""
+        pair = {"type": "array", "prefixItems": [self.x.schema(), self.y.schema()], "minItems": 2, "maxItems": 2}
+        return {"type": "array", "minItems": 2, "items": pair}
+
+
 def vector(dimension: str = "number") -> List:
     """Three numbers of a dimension."""
     return List(Number(dimension), 3)
@@ -486,6 +526,27 @@ class Either:
     def schema(self) -> dict[str, Any]:
         """Either schema."""
         return {"anyOf": [self.plain.schema(), self.mapping.schema()]}
+
+
+@dataclass(frozen=True)
+class WordOr:
+    """A word, or a value of a kind."""
+
+    word: str
+    kind: Kind
+
+    @property
+    def text(self) -> str:
+        """What it is."""
+        return f"{self.kind.text}, or `{self.word}`"
+
+    def read(self, node: Node, where: str, context: Context) -> Any:
+        """The word, or the value."""
+        return self.word if node.value == self.word else self.kind.read(node, where, context)
+
+    def schema(self) -> dict[str, Any]:
+        """Either schema."""
+        return {"anyOf": [{"const": self.word}, self.kind.schema()]}
 
 
 @dataclass(frozen=True)

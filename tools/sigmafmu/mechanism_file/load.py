@@ -15,11 +15,12 @@ import numpy as np
 from sigmafmu import _core
 from sigmafmu.mechanism_file import tree
 from sigmafmu.mechanism_file.assembly import Move, assemble
+from sigmafmu.mechanism_file.checks import check_mimics
 from sigmafmu.mechanism_file.definition import Json, definition, modal_file, value_dimension
-from sigmafmu.mechanism_file.kinds import Context, Number, Pending, Record
+from sigmafmu.mechanism_file.kinds import Context, Pending, Record
 from sigmafmu.mechanism_file.placement import Placement
 from sigmafmu.mechanism_file.problems import MechanismFileError, Problems, shown
-from sigmafmu.mechanism_file.table import ELEMENTS, GROUND, JOINT_TYPES, MECHANISM
+from sigmafmu.mechanism_file.table import ELEMENTS, GROUND, JOINT_TYPES, MECHANISM, prescribed
 from sigmafmu.mechanism_file.tree import Node
 
 
@@ -60,7 +61,7 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     resources, data = _modal_data(file, path.parent, problems)
     problems.stop()
     nodes = {name: data[modal_file(body)][0] for name, body in file["bodies"].items() if "flexible" in body}
-    placement = Placement(file["bodies"], file.get("joints", {}), nodes)
+    placement = Placement(file["bodies"], file.get("joints", {}), nodes, file.get("motions", {}))
     content = definition(file, placement, {name: modes for name, (_, modes) in data.items()})
     try:
         mechanism = mechanism_of(content, resources)
@@ -111,8 +112,10 @@ def _read(root: Node, problems: Problems) -> Record:
     if file is not None:
         joints = file.get("joints", {})
         for name, drive in file.get("drives", {}).items():
-            if isinstance(drive["value"], Pending):
-                drive["value"] = drive["value"].read(Number(value_dimension(name, drive, joints)), context)
+            for key, kind in prescribed(value_dimension(name, drive, joints)).items():
+                if isinstance(drive.get(key), Pending):
+                    drive[key] = drive[key].read(kind, context)
+        check_mimics(file.get("couplings", {}), context)
     return file
 
 
@@ -136,6 +139,7 @@ def _names(root: Node) -> dict[str, tuple[str, ...]]:
         "body or ground": (*bodies, GROUND),
         "joint": tuple(joints),
         "coordinate": tuple(coordinates),
+        "motion": tuple(_children(root, "motions")),
     }
 
 

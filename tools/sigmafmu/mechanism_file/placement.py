@@ -1,7 +1,7 @@
 """Where bodies are and how they move at the start: as the file says, by the joints that hold them, or at the origin."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -59,7 +59,9 @@ class Frame:
     axes: np.ndarray
     node: int | None
     place: np.ndarray
-    """From the centre of mass, of an undeformed body [m]."""
+    """From the centre of mass, of an undeformed body; on the ground in W, where motions are zero [m]."""
+    directions: np.ndarray
+    """Axes, where `place` is."""
 
 
 def frame_in_body(frame: Mapping | None, pose: Pose) -> Frame:
@@ -69,8 +71,8 @@ def frame_in_body(frame: Mapping | None, pose: Pose) -> Frame:
     axes = rotations.matrix(rotations.of_orientation(frame.get("orientation")))
     if node is None:
         origin = origin - pose.offset
-        return Frame(origin, axes, None, origin)
-    return Frame(origin, axes, node, origin + (pose.nodes[node] if node < len(pose.nodes) else ZERO))
+        return Frame(origin, axes, None, origin, axes)
+    return Frame(origin, axes, node, origin + (pose.nodes[node] if node < len(pose.nodes) else ZERO), axes)
 
 
 def motion(kind: str, x: list[float], rate: list[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -104,10 +106,14 @@ class Placement:
     """Poses of all bodies by their names, the ground among them."""
 
     def __init__(
-        self, bodies: Mapping[str, Record], joints: Mapping[str, Record], nodes: Mapping[str, np.ndarray] | None = None
+        self,
+        bodies: Mapping[str, Record],
+        joints: Mapping[str, Record],
+        nodes: Mapping[str, np.ndarray],
+        motions: Mapping[str, Record],
     ):
         self.poses = {GROUND: Pose()}
-        self._bodies, self._nodes = bodies, nodes or {}
+        self._bodies, self._nodes, self._motions = bodies, nodes, motions
         # those that place a body: joints with frames; geometry in W says nothing of where bodies are
         by_frames = [(name, joint) for name, joint in joints.items() if _places(joint)]
         for name, body in bodies.items():
@@ -125,7 +131,13 @@ class Placement:
 
     def frame(self, body: str, frame: Mapping | None) -> Frame:
         """A frame that the file gives in a body."""
-        return frame_in_body(frame, self.poses[body])
+        found = frame_in_body(frame, self.poses[body])
+        if not frame or "motion" not in frame:
+            return found
+        motion = self._motions[frame["motion"]]  # a node of the ground
+        R = rotations.matrix(rotations.of_orientation(motion.get("orientation")))
+        place = np.array(motion.get("position", ZERO)) + R @ found.origin
+        return replace(found, node=list(self._motions).index(frame["motion"]), place=place, directions=R @ found.axes)
 
     def _begin(self, name: str, body: Record) -> None:
         """A body where the file says, or at the origin of W."""
@@ -156,7 +168,7 @@ class Placement:
         on_known, on_new = self.frame(parent, joint.get(keys[0])), frame_in_body(joint.get(keys[1]), pose)
         turn, shift, spin, velocity = motion(joint["type"], *coordinates(joint))
 
-        known_axes, known_origin = known.R @ on_known.axes, known.position + known.R @ on_known.place
+        known_axes, known_origin = known.R @ on_known.directions, known.position + known.R @ on_known.place
         first_axes = known_axes if forward else known_axes @ turn.T  # of frame 1, in W
         new_axes = known_axes @ turn if forward else first_axes
         new_origin = known_origin + first_axes @ shift if forward else known_origin - first_axes @ shift

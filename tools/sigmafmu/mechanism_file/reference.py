@@ -38,7 +38,10 @@ def _sections() -> Iterator[str]:
     yield from _joints()
     yield from _forces()
     yield from _section("`loads`: NAME: …", table.LOAD.keys)
+    for name, coupling in table.COUPLINGS.types.items():
+        yield from _section(f"`couplings`: `{name}`: {table.COUPLING_TYPES[name].meaning}", coupling.keys[1:])
     yield from _section("`drives`: JOINT: …", table.DRIVE.keys)
+    yield from _section("`motions`: NAME: …", table.MOTION.keys)
     yield from _section("`stations`: NAME: …", table.STATION.keys)
     for name, sensor in table.SENSORS.types.items():
         yield from _section(f"`sensors`: `{name}`: {table.SENSOR_TYPES[name].meaning}", sensor.keys[1:])

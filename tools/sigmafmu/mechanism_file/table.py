@@ -8,7 +8,14 @@ here: its keys, with dimension, meaning and default, and the geometry that says 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sigmafmu.mechanism_file.checks import check_body, check_ends, check_orientation, check_shape
+from sigmafmu.mechanism_file.checks import (
+    check_body,
+    check_coupling,
+    check_ends,
+    check_motion,
+    check_orientation,
+    check_shape,
+)
 from sigmafmu.mechanism_file.kinds import (
     ByType,
     Direction,
@@ -20,12 +27,15 @@ from sigmafmu.mechanism_file.kinds import (
     List,
     Named,
     Number,
+    Points,
+    Record,
     Reference,
     Struct,
     Text,
     Version,
     Whole,
     Word,
+    WordOr,
     vector,
 )
 
@@ -38,7 +48,7 @@ NAME = Text(
 )
 IDENTIFIER = Text(r"[A-Za-z_][A-Za-z0-9_]*", "allowed are letters, digits and _, no digit first")
 
-BODY, ANY_BODY, JOINT = Reference("body"), Reference("body or ground"), Reference("joint")
+BODY, ANY_BODY, COORDINATE = Reference("body"), Reference("body or ground"), Reference("coordinate")
 
 
 def least(dimension: str) -> Number:
@@ -73,6 +83,7 @@ FRAME = Struct(
         Key("position", vector("length"), "of the origin, in the body's frame", default="its origin"),
         Key("orientation", ORIENTATION, "of the axes, in the body's frame", default="its axes"),
         Key("node", Whole(), "of a flexible body: the frame moves with it and is given from it"),
+        Key("motion", Reference("motion"), "of the ground: the frame moves with it and is given from it"),
     ),
     name="frame",
     shared=True,
@@ -80,7 +91,7 @@ FRAME = Struct(
 
 INERTIA = Struct(
     (
-        *(Key(name, positive("inertia"), "moment", required=True) for name in ("xx", "yy", "zz")),
+        *(Key(name, least("inertia"), "moment", required=True) for name in ("xx", "yy", "zz")),
         *(Key(name, Number("inertia"), "element of the matrix", default="0") for name in ("xy", "xz", "yz")),
     ),
     name="matrix elements",
@@ -129,7 +140,7 @@ BODY_KEYS = Struct(
         Key("mass", positive("mass"), "required of rigid bodies"),
         Key(
             "inertia",
-            Either(List(positive("inertia"), 3), INERTIA),
+            Either(List(least("inertia"), 3), INERTIA),
             "about the centre of mass, in the body's axes; a list has xx, yy, zz; required of rigid bodies",
         ),
         Key("center_of_mass", vector("length"), "in the body's frame", default="its origin"),
@@ -462,18 +473,111 @@ MOTIONS = {
 }
 """What a drive prescribes → dimension of its value for angles and displacements."""
 
+INPUT = "input"
+
+
+def prescribed(dimension: str) -> dict[str, Kind]:
+    """Kinds of what a drive prescribes, by its keys."""
+    return {
+        "value": WordOr(INPUT, Number(dimension)),
+        "table": Points(Number("time"), Number(dimension)),
+    }
+
+
+def _later(key: str, text: str) -> Later:
+    return Later(text, tuple(prescribed(d)[key] for pair in MOTIONS.values() for d in pair))
+
+
 DRIVE = Struct(
     (
         Key("motion", Word(tuple(MOTIONS)), "what is prescribed; the others go on from the start", required=True),
-        Key(
-            "value",
-            Later("number of the motion", tuple(Number(d) for pair in MOTIONS.values() for d in pair)),
-            "of the coordinate, its rate or its acceleration",
-            required=True,
-        ),
+        Key("value", _later("value", "number of the motion, or `input`"), "constant, or an input of the FMU"),
+        Key("table", _later("table", "list of [time, number of the motion]"), "a natural cubic spline through points"),
     ),
     name="drive",
+    one_of=("value", "table"),
 )
+
+MOTION = Struct(
+    (
+        Key("position", vector("length"), "of the frame in W, where its motion is zero", default="the origin"),
+        Key("orientation", ORIENTATION, "of the frame in W, where its motion is zero", default="that of W"),
+        Key("input", Flag(), "whether its displacement and rotation are inputs of the FMU", default="false"),
+        *(Key(axis, Points(Number("time"), Number("length")), "displacement in W", default="0") for axis in "xyz"),
+        *(
+            Key(f"r{axis}", Points(Number("time"), Number("angle")), "rotation vector in the frame's axes", default="0")
+            for axis in "xyz"
+        ),
+    ),
+    check_motion,
+    "motion",
+)
+MOVING = ("x", "y", "z", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True)
+class CouplingType:
+    """A type of coupling: p_1(x_1) + p_2(x_2) + ... is constant, with polynomials of its coordinates."""
+
+    meaning: str
+    joints: tuple[str, ...]
+    """What its coordinates are; empty: any number."""
+    keys: tuple[Key, ...]
+    polynomials: Callable[[Record], list[list[float]]]
+    """Coefficients from the constant on, in the order of the coordinates."""
+    offset: Callable[[Record], float | None] = lambda _: None
+    """The constant; None: what it is at the start."""
+
+
+COUPLING_TYPES = {
+    "gear": CouplingType(
+        "rate of the second = ratio × rate of the first",
+        ("first", "second"),
+        (Key("ratio", Number(), "negative where they turn the other way", required=True),),
+        lambda c: [[0.0, -c["ratio"]], [0.0, 1.0]],
+    ),
+    "rack_and_pinion": CouplingType(
+        "the rack moves by the radius for each rad",
+        ("pinion", "rack"),
+        (Key("radius", Number("length"), "of the pinion", required=True),),
+        lambda c: [[0.0, -c["radius"]], [0.0, 1.0]],
+    ),
+    "differential": CouplingType(
+        "rate of the carrier = mean of both sides",
+        ("carrier", "left", "right"),
+        (),
+        lambda _: [[0.0, 1.0], [0.0, -0.5], [0.0, -0.5]],
+    ),
+    "mimic": CouplingType(
+        "the follower is a polynomial of the leader",
+        ("follower", "leader"),
+        (Key("polynomial", List(Number(), least=2), "coefficients in SI units, from the constant on", required=True),),
+        lambda c: [[0.0, 1.0], [-x for x in c["polynomial"]]],
+        lambda _: 0.0,
+    ),
+    "sum": CouplingType(
+        "a sum of polynomials stays constant",
+        (),
+        (
+            Key("polynomials", List(List(Number(), least=2), least=1), "one for each coordinate", required=True),
+            Key("offset", Number(), "what the sum is", default="as at the start"),
+        ),
+        lambda c: c["polynomials"],
+        lambda c: c.get("offset"),
+    ),
+}
+
+
+def _coupling(name: str, coupling: CouplingType) -> Struct:
+    roles = ", ".join(coupling.joints) or "any"
+    joints = List(COORDINATE, len(coupling.joints) or None, 1)
+    keys = (
+        Key("type", Word((name,)), coupling.meaning, required=True),
+        Key("joints", joints, f"{roles}: joints, or `joint.angle2` and so on", required=True),
+        *coupling.keys,
+    )
+    return Struct(keys, check_coupling, name)
+
 
 STATION = Struct(
     (
@@ -561,6 +665,7 @@ def _integrator() -> Struct:
 
 JOINTS = ByType({name: _joint(name, joint) for name, joint in JOINT_TYPES.items()})
 FORCES = ByType({name: _force(name, force) for name, force in FORCE_TYPES.items()})
+COUPLINGS = ByType({name: _coupling(name, coupling) for name, coupling in COUPLING_TYPES.items()})
 SENSORS = ByType({name: _sensor(name, sensor) for name, sensor in SENSOR_TYPES.items()})
 
 MECHANISM = Struct(
@@ -573,7 +678,9 @@ MECHANISM = Struct(
         Key("joints", Named(JOINTS, NAME), "what ties them to each other and to the ground"),
         Key("forces", Named(FORCES, NAME), "what acts between them"),
         Key("loads", Named(LOAD, NAME), "constant forces and torques"),
-        Key("drives", Named(DRIVE, Reference("coordinate")), "prescribed coordinates, by the name of the joint"),
+        Key("couplings", Named(COUPLINGS, NAME), "gears and other equations between coordinates"),
+        Key("drives", Named(DRIVE, COORDINATE), "prescribed coordinates, by the name of the joint"),
+        Key("motions", Named(MOTION, NAME), "frames of the ground that move as prescribed"),
         Key("stations", Named(STATION, NAME), "points of flexible bodies whose places are outputs"),
         Key("sensors", Named(SENSORS, NAME), "what is measured at frames of bodies"),
         Key("expose", Either(Word(("auto", "all")), EXPOSE), "which variables the FMU has", default="auto"),
@@ -585,5 +692,5 @@ MECHANISM = Struct(
 
 SHARED = (ORIENTATION, FRAME)
 
-ELEMENTS = ("bodies", "joints", "forces", "loads", "stations", "sensors")
+ELEMENTS = ("bodies", "joints", "forces", "loads", "couplings", "motions", "stations", "sensors")
 """Keys whose entries have names of their own."""
