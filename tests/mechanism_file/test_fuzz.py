@@ -8,10 +8,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sigmafmu.mechanism_file import table
-from sigmafmu.mechanism_file.kinds import ByType, Struct
 from sigmafmu.mechanism_file.load import load, load_text
 from sigmafmu.mechanism_file.problems import MechanismFileError
+from sigmafmu.mechanism_file.structures import ByType, Struct
+from sigmafmu.mechanism_file.table.forces import FORCE_TYPES
+from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
+from sigmafmu.mechanism_file.table.mechanism import MECHANISM
 
 from .helpers import LIBRARY
 
@@ -43,8 +45,8 @@ def load_or_refuse(text: str) -> None:
 def words() -> list[str]:
     """Every key and word that means something."""
     found, seen = (
-        set(table.JOINT_TYPES) | set(table.FORCE_TYPES) | {"ground", "auto", "rate", "a", "b"},
-        [table.MECHANISM],
+        set(JOINT_TYPES) | set(FORCE_TYPES) | {"ground", "auto", "rate", "a", "b"},
+        [MECHANISM],
     )
     while seen:
         kind = seen.pop()
@@ -100,7 +102,7 @@ def test_any_text(text):
     load_or_refuse(text)
 
 
-@fuzz(300, content=st.dictionaries(st.sampled_from([key.name for key in table.MECHANISM.keys]), values))
+@fuzz(300, content=st.dictionaries(st.sampled_from([key.name for key in MECHANISM.keys]), values))
 def test_any_values_of_its_keys(content):
     load_or_refuse(json.dumps(content))
 

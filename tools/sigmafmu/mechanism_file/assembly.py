@@ -9,8 +9,8 @@ import numpy as np
 from sigmafmu import _core
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.definition import Json
-from sigmafmu.mechanism_file.kinds import Record
-from sigmafmu.mechanism_file.table import JOINT_TYPES
+from sigmafmu.mechanism_file.structures import Record
+from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
 
 ROUNDING = 1e-9
 """Relative: less has not moved."""

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from sigmafmu.mechanism_file.kinds import Check, Context, Record
+from sigmafmu.mechanism_file.kinds import Context
+from sigmafmu.mechanism_file.structures import Check, Record
 
 THIN = 1e-9
 """A rod or a lamina is on the boundary of what is possible: so much is allowed for the rounding of its data."""
@@ -65,7 +66,7 @@ def _check_inertia(body: Record, context: Context) -> None:
 
 
 def check_ends(ends: Sequence[Any]) -> Check:
-    """The check of an element by its ends (table.End): bodies that differ, each end in W or by frames."""
+    """The check of an element by its ends (table.ends.End): bodies that differ, each end in W or by frames."""
     groups = {end.in_w: [other.frame for other in ends if other.in_w == end.in_w] for end in ends}
 
     def check(element: Record, context: Context) -> None:

@@ -11,22 +11,15 @@ import numpy as np
 from sigmafmu import _core
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
-from sigmafmu.mechanism_file.kinds import Record
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
-from sigmafmu.mechanism_file.table import (
-    ACTING,
-    COUPLING_TYPES,
-    FORCE_TYPES,
-    GROUND,
-    INPUT,
-    JOINT_TYPES,
-    MOTIONS,
-    MOVING,
-    SENSOR_ENDS,
-    STOP_STIFFNESS,
-    VERSION,
-    End,
-)
+from sigmafmu.mechanism_file.structures import Record
+from sigmafmu.mechanism_file.table.coordinates import ACTING, STOP_STIFFNESS
+from sigmafmu.mechanism_file.table.ends import GROUND, End
+from sigmafmu.mechanism_file.table.forces import FORCE_TYPES
+from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
+from sigmafmu.mechanism_file.table.mechanism import VERSION
+from sigmafmu.mechanism_file.table.outputs import SENSOR_ENDS
+from sigmafmu.mechanism_file.table.prescribed import COUPLING_TYPES, INPUT, MOTIONS, MOVING
 
 Json = dict[str, Any]
 

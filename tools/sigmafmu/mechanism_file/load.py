@@ -17,10 +17,14 @@ from sigmafmu.mechanism_file import tree
 from sigmafmu.mechanism_file.assembly import Move, assemble
 from sigmafmu.mechanism_file.checks import check_mimics
 from sigmafmu.mechanism_file.definition import Json, definition, modal_file, value_dimension
-from sigmafmu.mechanism_file.kinds import Context, Pending, Record
+from sigmafmu.mechanism_file.kinds import Context
 from sigmafmu.mechanism_file.placement import Placement
 from sigmafmu.mechanism_file.problems import MechanismFileError, Problems, shown
-from sigmafmu.mechanism_file.table import ELEMENTS, GROUND, JOINT_TYPES, MECHANISM, prescribed
+from sigmafmu.mechanism_file.structures import Pending, Record
+from sigmafmu.mechanism_file.table.ends import GROUND
+from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
+from sigmafmu.mechanism_file.table.mechanism import ELEMENTS, MECHANISM
+from sigmafmu.mechanism_file.table.prescribed import prescribed
 from sigmafmu.mechanism_file.tree import Node
 
 
@@ -137,7 +141,6 @@ def _names(root: Node) -> dict[str, tuple[str, ...]]:
     return {
         "body": bodies,
         "body or ground": (*bodies, GROUND),
-        "joint": tuple(joints),
         "coordinate": tuple(coordinates),
         "motion": tuple(_children(root, "motions")),
     }

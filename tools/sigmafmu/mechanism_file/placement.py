@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sigmafmu.mechanism_file import rotations
-from sigmafmu.mechanism_file.kinds import Record
-from sigmafmu.mechanism_file.table import GROUND, JOINT_TYPES
+from sigmafmu.mechanism_file.structures import Record
+from sigmafmu.mechanism_file.table.ends import GROUND
+from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
 
 ZERO = np.zeros(3)
 

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from sigmafmu.mechanism_file import table
-from sigmafmu.mechanism_file.kinds import Key, Struct
+from sigmafmu.mechanism_file.structures import Key, Struct
+from sigmafmu.mechanism_file.table import bodies, ends, forces, joints, mechanism, outputs, prescribed
 
 BEGIN = "<!-- Made of the loader's table: python -m sigmafmu.mechanism_file.reference docs/mechanism-file.md -->"
 ALWAYS = ("type", "bodies", "frame1", "frame2")
@@ -29,24 +29,24 @@ def write(page: Path) -> None:
 
 
 def _sections() -> Iterator[str]:
-    yield from _section("The file", table.MECHANISM.keys)
-    yield from _section("`bodies`: NAME: …", table.BODY_KEYS.keys)
-    yield from _section("Inertia as a mapping", table.INERTIA.keys)
-    yield from _section("Orientations: one of", table.ORIENTATION.keys)
-    yield from _section("`flexible` as a mapping", table.FLEXIBLE.keys)
-    yield from _section("`shapes`: a list of", table.SHAPE.keys)
+    yield from _section("The file", mechanism.MECHANISM.keys)
+    yield from _section("`bodies`: NAME: …", bodies.BODY_KEYS.keys)
+    yield from _section("Inertia as a mapping", bodies.INERTIA.keys)
+    yield from _section("Orientations: one of", ends.ORIENTATION.keys)
+    yield from _section("`flexible` as a mapping", bodies.FLEXIBLE.keys)
+    yield from _section("`shapes`: a list of", bodies.SHAPE.keys)
     yield from _joints()
     yield from _forces()
-    yield from _section("`loads`: NAME: …", table.LOAD.keys)
-    for name, coupling in table.COUPLINGS.types.items():
-        yield from _section(f"`couplings`: `{name}`: {table.COUPLING_TYPES[name].meaning}", coupling.keys[1:])
-    yield from _section("`drives`: JOINT: …", table.DRIVE.keys)
-    yield from _section("`motions`: NAME: …", table.MOTION.keys)
-    yield from _section("`stations`: NAME: …", table.STATION.keys)
-    for name, sensor in table.SENSORS.types.items():
-        yield from _section(f"`sensors`: `{name}`: {table.SENSOR_TYPES[name].meaning}", sensor.keys[1:])
-    yield from _section("`expose` as a mapping", table.EXPOSE.keys)
-    yield from _section("`experiment`", table.EXPERIMENT.keys)
+    yield from _section("`loads`: NAME: …", forces.LOAD.keys)
+    for name, coupling in prescribed.COUPLINGS.types.items():
+        yield from _section(f"`couplings`: `{name}`: {prescribed.COUPLING_TYPES[name].meaning}", coupling.keys[1:])
+    yield from _section("`drives`: JOINT: …", prescribed.DRIVE.keys)
+    yield from _section("`motions`: NAME: …", prescribed.MOTION.keys)
+    yield from _section("`stations`: NAME: …", outputs.STATION.keys)
+    for name, sensor in outputs.SENSORS.types.items():
+        yield from _section(f"`sensors`: `{name}`: {outputs.SENSOR_TYPES[name].meaning}", sensor.keys[1:])
+    yield from _section("`expose` as a mapping", mechanism.EXPOSE.keys)
+    yield from _section("`experiment`", mechanism.EXPERIMENT.keys)
 
 
 def _section(title: str, keys: Iterable[Key]) -> Iterator[str]:
@@ -65,22 +65,22 @@ def _table(keys: Iterable[Key]) -> Iterator[str]:
 
 def _joints() -> Iterator[str]:
     yield "### `joints`: NAME: …\n"
-    common = next(iter(table.JOINTS.types.values()))
+    common = next(iter(joints.JOINTS.types.values()))
     yield from _table(key for key in common.keys if key.name in ALWAYS)
     yield "| type | what it does | in W | coordinates |"
     yield "|---|---|---|---|"
-    for name, joint in table.JOINT_TYPES.items():
+    for name, joint in joints.JOINT_TYPES.items():
         geometry = ", ".join(f"`{key}`" for key in dict.fromkeys(key for end in joint.ends for key in end.in_w))
         free = ", ".join(c.word for c in joint.coordinates)
         yield f"| `{name}` | {joint.meaning} | {geometry} | {free} |".replace("|  |", "| |")
     yield ""
-    used = {key for joint in table.JOINT_TYPES.values() for end in joint.ends for key in end.in_w}
-    yield from _section("Geometry of joints in W", (key for name, key in table.IN_W.items() if name in used))
-    yield from _section("On coordinates of joints", _different(map(_on_coordinates, table.JOINTS.types.values())))
+    used = {key for joint in joints.JOINT_TYPES.values() for end in joint.ends for key in end.in_w}
+    yield from _section("Geometry of joints in W", (key for name, key in ends.IN_W.items() if name in used))
+    yield from _section("On coordinates of joints", _different(map(_on_coordinates, joints.JOINTS.types.values())))
 
 
 def _on_coordinates(joint: Struct) -> list[Key]:
-    return [key for key in joint.keys if key.name not in table.IN_W and key.name not in ALWAYS]
+    return [key for key in joint.keys if key.name not in ends.IN_W and key.name not in ALWAYS]
 
 
 def _different(groups: Iterable[Iterable[Key]]) -> list[Key]:
@@ -93,8 +93,8 @@ def _different(groups: Iterable[Iterable[Key]]) -> list[Key]:
 
 
 def _forces() -> Iterator[str]:
-    for name, force in table.FORCES.types.items():
-        yield from _section(f"`forces`: `{name}`: {table.FORCE_TYPES[name].meaning}", force.keys[1:])
+    for name, force in forces.FORCES.types.items():
+        yield from _section(f"`forces`: `{name}`: {forces.FORCE_TYPES[name].meaning}", force.keys[1:])
 
 
 if __name__ == "__main__":

@@ -40,9 +40,9 @@ def simulate_file(
     slave = _core.Slave(mechanism)
     rows, wall_time, failure = [], 0.0, None
     try:
-        slave.start()
         for name, value in inputs.items():
             slave.set(name, value)
+        slave.start()
         rows.append([0.0, *map(slave.get, names)])
         for start, size in steps:
             began = time.perf_counter()

@@ -8,7 +8,7 @@ A schema cannot tell everything that the loader checks: units, names and what a 
 import json
 from typing import Any
 
-from sigmafmu.mechanism_file.table import MECHANISM, SHARED, VERSION
+from sigmafmu.mechanism_file.table.mechanism import MECHANISM, SHARED, VERSION
 from sigmafmu.mechanism_file.units import DIMENSIONS, si_unit
 
 WITH_UNIT = r"^\s*[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?[^0-9].*$"
