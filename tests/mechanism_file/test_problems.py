@@ -2,7 +2,9 @@
 
 import pytest
 
-from .helpers import BALL, HEAD, complaint, complaints
+from sigmafmu.mechanism_file.report import report
+
+from .helpers import BALL, HEAD, complaint, complaints, read
 
 JOINT = HEAD + f"bodies:\n  a: {BALL}\n  b: {BALL}\njoints:\n"
 TWO = "".join(
@@ -239,10 +241,15 @@ def test_joints_that_follow_themselves_are_refused_with_the_way_round():
     assert "couplings.one: j follows k follows l follows j; a joint must not follow itself" in found[0]
 
 
-def test_a_body_that_nothing_holds_is_information(tmp_path):
-    from sigmafmu.mechanism_file.report import report
+def test_equations_of_drives_and_couplings_that_say_the_same_are_named():
+    """Both joints are driven, and a gear between them says so once more."""
+    text = JOINT + TWO + "drives:\n  j: {motion: rate, value: 1}\n  k: {motion: rate, value: 2}\n"
+    lines = list(report(read(text + "couplings:\n  c: {type: gear, joints: [j, k], ratio: 2}\n")))
+    assert lines[0] == "Some: 2 bodies, 2 joints, 1 coupling, 2 drives"
+    redundant = next(line for line in lines if line.startswith("redundant"))
+    assert all(name in redundant for name in ("the drive of j", "the drive of k", " c "))
 
-    from .helpers import read
 
+def test_a_body_that_nothing_holds_is_information():
     lines = list(report(read(HEAD + f"gravity: [0, 0, 0]\nbodies: {{a: {BALL}}}")))
     assert lines[-1] == "information: nothing holds a, which moves on freely"

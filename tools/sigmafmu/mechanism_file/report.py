@@ -1,12 +1,14 @@
 """What `sigmafmu check` tells about a mechanism that can start."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from sigmafmu import _core
+from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.load import MechanismFile
 
+COUNTED = ("bodies", "joints", "forces", "loads", "couplings", "drives", "sensors")
 SHOWN = 20
 """Bodies that are listed; of more, the number."""
 
@@ -14,18 +16,30 @@ SHOWN = 20
 def report(file: MechanismFile) -> Iterator[str]:
     """Lines of text."""
     content, multibody = file.definition, file.mechanism.multibody
-    counts = ((key, len(content.get(key, ()))) for key in ("bodies", "joints", "forces", "loads", "drives"))
+    counts = ((key, len(content.get(key, ()))) for key in COUNTED)
     yield f"{content['name']}: " + ", ".join(f"{n} {key if n > 1 else _one(key)}" for key, n in counts if n)
     freedom = _core.freedom(multibody)
     yield f"degrees of freedom: {freedom}"
+    constraints = _constraints(file)
     for group in freedom.groups:
-        names = ", ".join(content["joints"][joint]["name"] for joint in group.joints)
+        names = ", ".join(constraints[i] for i in group.joints)
         yield f"redundant: {group.dependent} of the {group.equations} equations of {names} follow from the others"
     yield from _masses(file)
     for body, joint in file.placed_by.items():
         yield f"placed: {body} by {joint}"
     yield from _moves(file)
     yield from _unheld(file)
+
+
+def _constraints(file: MechanismFile) -> list[str]:
+    """Names of constraints in the core's order."""
+    content = file.definition
+    drives = [f"the drive of {drive['joint']}" for drive in content.get("drives", ())]
+    return [*_names(content["joints"]), *drives, *_names(content.get("couplings", ()))]
+
+
+def _names(elements: Iterable[Json]) -> list[str]:
+    return [element["name"] for element in elements]
 
 
 def _one(key: str) -> str:
@@ -68,7 +82,7 @@ def _unheld(file: MechanismFile) -> Iterator[str]:
     tied = {
         body for key in ("joints", "forces") for element in content.get(key, ()) for body in element.get("bodies", ())
     }
-    free = [body["name"] for body in content["bodies"] if body["name"] not in tied]
+    free = [name for name in _names(content["bodies"]) if name not in tied]
     if free:
         falls = "falls" if any(content["gravity"]) else "moves on"
         yield f"information: nothing holds {', '.join(free[:SHOWN])}, which {falls} freely"
