@@ -19,7 +19,11 @@ def report(file: MechanismFile) -> Iterator[str]:
     freedom = _core.freedom(multibody)
     yield f"degrees of freedom: {freedom}"
     for group in freedom.groups:
-        names = ", ".join(content["joints"][joint]["name"] for joint in group.joints)
+        constraints = [
+            *(joint["name"] for joint in content["joints"]),
+            *(f"the drive of {d['joint']}" for d in content["drives"]),
+        ]
+        names = ", ".join(constraints[i] for i in group.joints)
         yield f"redundant: {group.dependent} of the {group.equations} equations of {names} follow from the others"
     yield from _masses(file)
     for body, joint in file.placed_by.items():
