@@ -22,6 +22,24 @@ SIGMAFMU_INLINE Matrix3d hat(const Vector3d& w) {
   return m;
 }
 
+// R hat(w): its rows are those of R cross w.
+SIGMAFMU_INLINE Matrix3d times_hat(const Matrix3d& R, const Vector3d& w) {
+  Matrix3d m;
+  m.col(0) = R.col(1) * w.z() - R.col(2) * w.y();
+  m.col(1) = R.col(2) * w.x() - R.col(0) * w.z();
+  m.col(2) = R.col(0) * w.y() - R.col(1) * w.x();
+  return m;
+}
+
+// hat(a) hat(b) = b a^T - (a . b) I.
+SIGMAFMU_INLINE Matrix3d hat_times_hat(const Vector3d& a, const Vector3d& b) {
+  Matrix3d m;
+  m(0, 0) = -(a.y() * b.y() + a.z() * b.z()), m(0, 1) = b.x() * a.y(), m(0, 2) = b.x() * a.z();
+  m(1, 0) = b.y() * a.x(), m(1, 1) = -(a.x() * b.x() + a.z() * b.z()), m(1, 2) = b.y() * a.z();
+  m(2, 0) = b.z() * a.x(), m(2, 1) = b.z() * a.y(), m(2, 2) = -(a.x() * b.x() + a.y() * b.y());
+  return m;
+}
+
 // K(x) at one x, which the caller passes again. K(-x) = K(x)^T.
 struct IsotropicOperator {
   double k0, k1, k2;

@@ -1,5 +1,6 @@
 #include "multibody/system.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lie/r3xso3.h"
@@ -80,16 +81,18 @@ void System::add_gradient_times(const Evaluation& e, const VectorXd& lambda, Vec
     const double* multipliers = lambda.data() + lambda_index(c);
     const int m = pattern_.constraint_sizes[c];
     double* x = out.data() + pattern_.unknowns[unknown].velocity;
-    const auto add = [&](auto size) {
-      for (int i = 0; i < m; ++i, row += size) {
-        const double multiplier = multipliers[i];
-        for (int k = 0; k < size; ++k) x[k] += row[k] * multiplier;
-      }
-    };
     if (pattern_.unknowns[unknown].pose) {
-      add(std::integral_constant<int, kVelocitiesPerBody>{});
-    } else {
-      add(pattern_.unknowns[unknown].size);
+      double sum[kVelocitiesPerBody];
+      std::copy_n(x, kVelocitiesPerBody, sum);
+      for (int i = 0; i < m; ++i, row += kVelocitiesPerBody) {
+        for (int k = 0; k < kVelocitiesPerBody; ++k) sum[k] += row[k] * multipliers[i];
+      }
+      std::copy_n(sum, kVelocitiesPerBody, x);
+      continue;
+    }
+    const int size = pattern_.unknowns[unknown].size;
+    for (int i = 0; i < m; ++i, row += size) {
+      for (int k = 0; k < size; ++k) x[k] += row[k] * multipliers[i];
     }
   }
 }

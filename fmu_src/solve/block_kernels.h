@@ -19,6 +19,7 @@ void subtract_product(int m, int k, int n, const double* A, const double* B, dou
       double sum[N];
       for (int j = 0; j < N; ++j) sum[j] = C[j];
       for (int l = 0; l < K; ++l) {
+        if (N > 1 && A[l] == 0) continue;  // rows of joints have many zeros
         for (int j = 0; j < N; ++j) sum[j] -= A[l] * B[l * N + j];
       }
       for (int j = 0; j < N; ++j) C[j] = sum[j];
@@ -52,6 +53,7 @@ inline bool eliminate(int n, int k, double tiny, double* A, int* pivots) {
   row_k[k] = inverse;
   for (int i = k + 1; i < n; ++i) {
     double* row_i = A + i * n;
+    if (row_i[k] == 0) continue;  // translations and rotations of a body often do not mix
     const double l = row_i[k] * inverse;
     row_i[k] = l;
     for (int j = k + 1; j < n; ++j) row_i[j] -= l * row_k[j];
@@ -98,7 +100,9 @@ void solve(int n, int m, const double* LU, const int* pivots, double* X) {
       double row[M];
       for (int j = 0; j < M; ++j) row[j] = X[i * M + j];
       for (int k = first; k < last; ++k) {
-        for (int j = 0; j < M; ++j) row[j] -= LU[i * n + k] * X[k * M + j];
+        const double factor = LU[i * n + k];
+        if (M > 1 && factor == 0) continue;
+        for (int j = 0; j < M; ++j) row[j] -= factor * X[k * M + j];
       }
       for (int j = 0; j < M; ++j) X[i * M + j] = row[j] * scale;
     } else {

@@ -28,17 +28,17 @@ BlockLU::BlockLU(const BlockGraph& graph, const std::vector<std::pair<int, int>>
   assigned_count_ = value_count_;
 
   for (int k : order) {
-    const int n = sizes_[k];
-    Step step{k, n, allocate(k, k), kernels::factorize_for(n), kernels::pair_for(n, 1).solve, {}, {}};
+    const int n = sizes_[k], later = static_cast<int>(neighbours_.size());
     for (int j : pattern[k]) {
       const auto right = kernels::pair_for(n, sizes_[j]);
-      step.later.push_back({j, sizes_[j], allocate(j, k), allocate(k, j), right.solve, kernels::pair_for(n, 1).forward,
-                            kernels::pair_for(sizes_[j], 1).forward, right.forward});
+      neighbours_.push_back({offset_[j], sizes_[j], allocate(j, k), allocate(k, j), right.solve,
+                             kernels::pair_for(n, 1).forward, kernels::pair_for(sizes_[j], 1).forward, right.forward});
     }
+    steps_.push_back({offset_[k], n, allocate(k, k), kernels::factorize_for(n), kernels::pair_for(n, 1).solve, later,
+                      static_cast<int>(neighbours_.size()), static_cast<int>(updates_.size())});
     for (int a : pattern[k]) {
-      for (int b : pattern[k]) step.update.push_back(allocate(a, b));
+      for (int b : pattern[k]) updates_.push_back(allocate(a, b));
     }
-    steps_.push_back(std::move(step));
   }
 }
 
@@ -69,13 +69,14 @@ bool BlockLU::factorize(Factorization& f) const {
   double* values = f.values.data();
   for (const Step& step : steps_) {
     double* diagonal = values + step.diagonal;
-    int* pivots = f.pivots.data() + offset_[step.node];
+    int* pivots = f.pivots.data() + step.first;
     if (!step.factorize(step.size, diagonal, pivots)) return false;
-    for (const Neighbour& b : step.later) b.solve(step.size, b.size, diagonal, pivots, values + b.upper);
-    const int* update = step.update.data();
-    for (const Neighbour& a : step.later) {
-      for (const Neighbour& b : step.later) {
-        b.product(a.size, step.size, b.size, values + a.lower, values + b.upper, values + *update++);
+    const Neighbour *later = neighbours_.data() + step.later, *end = neighbours_.data() + step.end;
+    for (const Neighbour* b = later; b != end; ++b) b->solve(step.size, b->size, diagonal, pivots, values + b->upper);
+    const int* update = updates_.data() + step.update;
+    for (const Neighbour* a = later; a != end; ++a) {
+      for (const Neighbour* b = later; b != end; ++b) {
+        b->product(a->size, step.size, b->size, values + a->lower, values + b->upper, values + *update++);
       }
     }
   }
@@ -84,14 +85,20 @@ bool BlockLU::factorize(Factorization& f) const {
 
 void BlockLU::solve(const Factorization& f, double* x) const {
   const double* values = f.values.data();
+  const int* pivots = f.pivots.data();
+  const Neighbour* neighbours = neighbours_.data();
   for (const Step& step : steps_) {
-    double* xk = x + offset_[step.node];
-    step.solve(step.size, 1, values + step.diagonal, f.pivots.data() + offset_[step.node], xk);
-    for (const Neighbour& a : step.later) a.down(a.size, step.size, 1, values + a.lower, xk, x + offset_[a.node]);
+    double* xk = x + step.first;
+    step.solve(step.size, 1, values + step.diagonal, pivots + step.first, xk);
+    for (const Neighbour *a = neighbours + step.later, *end = neighbours + step.end; a != end; ++a) {
+      a->down(a->size, step.size, 1, values + a->lower, xk, x + a->first);
+    }
   }
   for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
-    double* xk = x + offset_[step->node];
-    for (const Neighbour& a : step->later) a.up(step->size, a.size, 1, values + a.upper, x + offset_[a.node], xk);
+    double* xk = x + step->first;
+    for (const Neighbour *a = neighbours + step->later, *end = neighbours + step->end; a != end; ++a) {
+      a->up(step->size, a->size, 1, values + a->upper, x + a->first, xk);
+    }
   }
 }
 

@@ -51,18 +51,18 @@ class BlockLU {
 
  private:
   struct Neighbour {
-    int node, size;
+    int first, size;            // row
     int lower, upper;           // offsets of blocks (neighbour, pivot) and (pivot, neighbour)
     kernels::Solve solve;       // of the block to the right of the pivot
     kernels::Product down, up;  // (neighbour, pivot) and (pivot, neighbour) times a vector
     kernels::Product product;   // any (., pivot) times (pivot, neighbour)
   };
   struct Step {
-    int node, size, diagonal;
+    int first, size, diagonal;  // first: row
     kernels::Factorize factorize;
-    kernels::Solve solve;          // of a vector
-    std::vector<Neighbour> later;  // neighbours eliminated after this node
-    std::vector<int> update;       // offset of block (later[a], later[b]) at a * later.size() + b
+    kernels::Solve solve;  // of a vector
+    int later, end;        // in neighbours_: those eliminated after this node
+    int update;            // in updates_: offset of block (neighbour a, neighbour b), a major
   };
 
   int allocate(int i, int j);
@@ -72,6 +72,8 @@ class BlockLU {
   std::vector<int> sizes_, offset_;
   std::vector<std::vector<std::pair<int, int>>> rows_;  // of each node: columns in ascending order, with their handles
   std::vector<Step> steps_;
+  std::vector<Neighbour> neighbours_;
+  std::vector<int> updates_;
 };
 
 }  // namespace sigmafmu

@@ -51,8 +51,8 @@ void write_product(const Matrix& D, int m, const double* A, int columns, double*
 
 NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPlans plans)
     : system_(system),
-      formulation_(formulation),
-      lu_(plans.get(system.pattern(), formulation == Formulation::stabilized_index2 ? Kkt::stabilized : Kkt::newton)) {
+      formulation_(system.constraint_size() > 0 ? formulation : Formulation::index3),
+      lu_(plans.get(system.pattern(), stabilized() ? Kkt::stabilized : Kkt::newton)) {
   const BlockPattern& pattern = system.pattern();
   for (int c = 0; c < pattern.constraint_count(); ++c) {
     equations_.push_back(

@@ -250,6 +250,14 @@ def test_equations_of_drives_and_couplings_that_say_the_same_are_named():
     assert all(name in redundant for name in ("the drive of j", "the drive of k", " c "))
 
 
+def test_equations_of_drives_that_say_the_same_are_named():
+    """Two hinges about one axis between the same bodies, both driven."""
+    pin = "{type: revolute, bodies: [ground, a], point: [0, 0, %s], axis: [0, 0, 1]}\n"
+    text = HEAD + f"bodies:\n  a: {BALL}\njoints:\n  j: {pin % 0}  k: {pin % 1}"
+    lines = list(report(read(text + "drives:\n  j: {motion: rate, value: 1}\n  k: {motion: rate, value: 1}\n")))
+    assert "redundant: 1 of the 2 equations of the drive of j, the drive of k follow from the others" in lines
+
+
 def test_a_body_that_nothing_holds_is_information():
     lines = list(report(read(HEAD + f"gravity: [0, 0, 0]\nbodies: {{a: {BALL}}}")))
     assert lines[-1] == "information: nothing holds a, which moves on freely"

@@ -17,6 +17,8 @@ struct PointCoincidence {
 
   // [m]
   Vector3d gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
+  // Phi' [m/s]
+  Vector3d gap_rate(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // B_2 = [I, -R_2 hat(s_2)], B_1 = [-I, R_1 hat(s_1)].
   void gradient_1(const FrameKinematics& b1, int row, Rows B1) const;
   void gradient_2(const FrameKinematics& b2, int row, Rows B2) const;

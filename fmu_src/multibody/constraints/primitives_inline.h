@@ -10,33 +10,37 @@ inline Vector3d PointCoincidence::gap(const FrameKinematics& b1, const FrameKine
   return b2.p_WB + b2.R_WB * s2 - b1.p_WB - b1.R_WB * s1;
 }
 
+inline Vector3d PointCoincidence::gap_rate(const FrameKinematics& b1, const FrameKinematics& b2) const {
+  return b2.v_WB + b2.R_WB * b2.w_WB_B.cross(s2) - b1.v_WB - b1.R_WB * b1.w_WB_B.cross(s1);
+}
+
 inline void PointCoincidence::gradient_1(const FrameKinematics& b1, int row, Rows B1) const {
   B1.block<3, 3>(row, 0) = -Matrix3d::Identity();
-  B1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(s1);
+  B1.block<3, 3>(row, 3).noalias() = lie::times_hat(b1.R_WB, s1);
 }
 
 inline void PointCoincidence::gradient_2(const FrameKinematics& b2, int row, Rows B2) const {
   B2.block<3, 3>(row, 0) = Matrix3d::Identity();
-  B2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(-s2);
+  B2.block<3, 3>(row, 3).noalias() = lie::times_hat(b2.R_WB, -s2);
 }
 
 inline void PointCoincidence::rate_1(const FrameKinematics& b1, int row, Rows Z1) const {
   Z1.block<3, 3>(row, 0).setZero();
-  Z1.block<3, 3>(row, 3).noalias() = b1.R_WB * lie::hat(b1.w_WB_B.cross(s1));
+  Z1.block<3, 3>(row, 3).noalias() = lie::times_hat(b1.R_WB, b1.w_WB_B.cross(s1));
 }
 
 inline void PointCoincidence::rate_2(const FrameKinematics& b2, int row, Rows Z2) const {
   Z2.block<3, 3>(row, 0).setZero();
-  Z2.block<3, 3>(row, 3).noalias() = b2.R_WB * lie::hat(s2.cross(b2.w_WB_B));
+  Z2.block<3, 3>(row, 3).noalias() = lie::times_hat(b2.R_WB, s2.cross(b2.w_WB_B));
 }
 
 inline void PointCoincidence::stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& lambda,
                                         const FramePairs& K) const {
   if (K.has(0, 0)) {
-    K(0, 0).bottomRightCorner<3, 3>().noalias() -= lie::hat(s1) * lie::hat(b1.R_WB.transpose() * lambda);
+    K(0, 0).bottomRightCorner<3, 3>() -= lie::hat_times_hat(s1, b1.R_WB.transpose() * lambda);
   }
   if (K.has(1, 1)) {
-    K(1, 1).bottomRightCorner<3, 3>().noalias() += lie::hat(s2) * lie::hat(b2.R_WB.transpose() * lambda);
+    K(1, 1).bottomRightCorner<3, 3>() += lie::hat_times_hat(s2, b2.R_WB.transpose() * lambda);
   }
 }
 
@@ -71,14 +75,14 @@ inline void AxialDistance::rate(const FrameKinematics& b1, const FrameKinematics
 
 inline void AxialDistance::stiffness(const FrameKinematics& b1, const FrameKinematics& b2, double lambda,
                                      const FramePairs& K) const {
-  const Matrix3d turn = lambda * (b1.R_WB * lie::hat(n1));  // -d(lambda n)/d phi_1
+  const Matrix3d turn = lambda * lie::times_hat(b1.R_WB, n1);  // -d(lambda n)/d phi_1
   if (K.has(0, 0)) {
     K(0, 0).topRightCorner<3, 3>() += turn;
     K(0, 0).bottomLeftCorner<3, 3>() += turn.transpose();
-    K(0, 0).bottomRightCorner<3, 3>() += lambda * (lie::hat(n1) * lie::hat(seen_from_1(b1, b2)));
+    K(0, 0).bottomRightCorner<3, 3>() += lambda * lie::hat_times_hat(n1, seen_from_1(b1, b2));
   }
   if (K.has(1, 1)) {
-    K(1, 1).bottomRightCorner<3, 3>() += lambda * (lie::hat(s2) * lie::hat(b2.R_WB.transpose() * (b1.R_WB * n1)));
+    K(1, 1).bottomRightCorner<3, 3>() += lambda * lie::hat_times_hat(s2, b2.R_WB.transpose() * (b1.R_WB * n1));
   }
   if (K.has(0, 1)) {
     const Matrix3d cross = lie::hat(s2) * (b2.R_WB.transpose() * turn);  // -K_21 rotation block
@@ -124,14 +128,14 @@ inline void PerpendicularAxes::rate(const FrameKinematics& k1, const FrameKinema
 inline void PerpendicularAxes::stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda,
                                          const FramePairs& K) const {
   if (K.has(0, 0)) {
-    K(0, 0).bottomRightCorner<3, 3>() += lambda * (lie::hat(a1) * lie::hat(b_in_1(k1, k2)));
+    K(0, 0).bottomRightCorner<3, 3>() += lambda * lie::hat_times_hat(a1, b_in_1(k1, k2));
   }
   if (K.has(1, 1)) {
-    K(1, 1).bottomRightCorner<3, 3>() += lambda * (lie::hat(b2) * lie::hat(a_in_2(k1, k2)));
+    K(1, 1).bottomRightCorner<3, 3>() += lambda * lie::hat_times_hat(b2, a_in_2(k1, k2));
   }
   if (K.has(0, 1)) {
     const Matrix3d R12 = k1.R_WB.transpose() * k2.R_WB;
-    const Matrix3d cross = lambda * (lie::hat(a1) * (R12 * lie::hat(b2)));
+    const Matrix3d cross = lambda * (lie::hat(a1) * lie::times_hat(R12, b2));
     K(0, 1).bottomRightCorner<3, 3>() -= cross;
     K(1, 0).bottomRightCorner<3, 3>() -= cross.transpose();
   }

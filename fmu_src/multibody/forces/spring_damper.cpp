@@ -27,21 +27,9 @@ void SpringDamper::set_values(const MultibodyDef& definition) {
   damping_ = definition.spring_dampers[index_].damping;
 }
 
-SpringDamper::Points SpringDamper::points(const Kinematics& k) const {
-  const FrameKinematics &k1 = k[0], &k2 = k[1];
-  Points p;
-  p.phi = points_.gap(k1, k2);
-  p.A[0].noalias() = k1.R_WB * lie::hat(points_.s1);
-  p.A[1].noalias() = k2.R_WB * lie::hat(-points_.s2);
-  p.phidot = k2.v_WB + p.A[1] * k2.w_WB_B - k1.v_WB + p.A[0] * k1.w_WB_B;
-  return p;
+Vector3d SpringDamper::force(const Kinematics& k) const {
+  return -stiffness_.cwiseProduct(points_.gap(k[0], k[1])) - damping_.cwiseProduct(points_.gap_rate(k[0], k[1]));
 }
-
-Vector3d SpringDamper::force(const Points& p) const {
-  return -stiffness_.cwiseProduct(p.phi) - damping_.cwiseProduct(p.phidot);
-}
-
-Vector3d SpringDamper::force(const Kinematics& k) const { return force(points(k)); }
 
 double SpringDamper::energy(const Kinematics& k, const Inputs&) const {
   const Vector3d phi = points_.gap(k[0], k[1]);
@@ -49,33 +37,35 @@ double SpringDamper::energy(const Kinematics& k, const Inputs&) const {
 }
 
 void SpringDamper::add(const Kinematics& k, const Inputs& u, const FrameForces& r) const {
-  const Points p = points(k);
-  const Vector3d f = force(p) + Vector3d::Map(own(u));
+  const Vector3d f = force(k) + Vector3d::Map(own(u));
   if (r.has(0)) {
     r[0].head<3>() += f;
-    r[0].tail<3>().noalias() -= p.A[0].transpose() * f;
+    r[0].tail<3>() += points_.s1.cross(k[0].R_WB.transpose() * f);
   }
   if (r.has(1)) {
     r[1].head<3>() -= f;
-    r[1].tail<3>().noalias() -= p.A[1].transpose() * f;
+    r[1].tail<3>() -= points_.s2.cross(k[1].R_WB.transpose() * f);
   }
 }
 
 void SpringDamper::linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const {
-  const Points p = points(k);
-  points_.stiffness(k[0], k[1], -(force(p) + Vector3d::Map(own(u))), K);
-  const Matrix3d Y[2] = {k[0].R_WB * lie::hat(k[0].w_WB_B.cross(points_.s1)),
-                         k[1].R_WB * lie::hat(points_.s2.cross(k[1].w_WB_B))};
+  points_.stiffness(k[0], k[1], -(force(k) + Vector3d::Map(own(u))), K);
+  const double o[2] = {-1.0, 1.0};
+  const Vector3d* s[2] = {&points_.s1, &points_.s2};
+  Matrix3d A[2];
+  for (int j = 0; j < 2; ++j) {
+    if (K.has(j, j)) A[j] = lie::times_hat(k[j].R_WB, -o[j] * *s[j]);
+  }
   for (int j = 0; j < 2; ++j) {
     if (!K.has(j, j)) continue;  // the ground
-    const Matrix3d DA = damping_.asDiagonal() * p.A[j];
-    const Matrix3d KA_DY = stiffness_.asDiagonal() * p.A[j] + damping_.asDiagonal() * Y[j];
+    const Matrix3d Y = lie::times_hat(k[j].R_WB, o[j] * s[j]->cross(k[j].w_WB_B));
+    const Matrix3d DA = damping_.asDiagonal() * A[j];
+    const Matrix3d KA_DY = stiffness_.asDiagonal() * A[j] + damping_.asDiagonal() * Y;
     const auto add = [&](int i, const Vector3d& diagonal, const Matrix3d& rotations, auto block) {
-      const double o_i = i == 0 ? -1.0 : 1.0, o_j = j == 0 ? -1.0 : 1.0;
-      block.template topLeftCorner<3, 3>().diagonal() += (o_i * o_j) * diagonal;
-      block.template topRightCorner<3, 3>() += o_i * rotations;
-      block.template bottomLeftCorner<3, 3>() += p.A[i].transpose() * (o_j * diagonal).asDiagonal();
-      block.template bottomRightCorner<3, 3>().noalias() += p.A[i].transpose() * rotations;
+      block.template topLeftCorner<3, 3>().diagonal() += (o[i] * o[j]) * diagonal;
+      block.template topRightCorner<3, 3>() += o[i] * rotations;
+      block.template bottomLeftCorner<3, 3>() += A[i].transpose() * (o[j] * diagonal).asDiagonal();
+      block.template bottomRightCorner<3, 3>().noalias() += A[i].transpose() * rotations;
     };
     for (int i = 0; i < 2; ++i) {
       if (!K.has(i, j)) continue;

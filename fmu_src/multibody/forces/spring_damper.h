@@ -31,13 +31,6 @@ class SpringDamper final : public Force {
   Vector3d position(const Kinematics& k) const { return k[1].p_WB + k[1].R_WB * points_.s2; }
 
  private:
-  struct Points {
-    Vector3d phi, phidot;
-    Matrix3d A[2];
-  };
-  Points points(const Kinematics& k) const;
-  Vector3d force(const Points& p) const;
-
   int index_;  // in MultibodyDef::spring_dampers
   PointCoincidence points_;
   Vector3d stiffness_, damping_;  // diagonals of K [N/m] and D [N s/m]
