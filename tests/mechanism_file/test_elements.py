@@ -94,6 +94,30 @@ def test_a_bushing_has_axes_of_w_or_others_there():
         assert found["stiffness"] == [1, 2, 3000]
 
 
+def test_a_bearing_has_axes_of_w():
+    found, to_w, turned = element(
+        "{type: bearing, bodies: [a, b], point: [1, 1, 1], stiffness: [1, 1, 0], cross_stiffness: [2 kN/m, -2000]}"
+    )
+    for key, body in (("frame1", "a"), ("frame2", "b")):
+        np.testing.assert_allclose(to_w(found[key]["position"], body), [1, 1, 1], atol=10 * EPS)
+        np.testing.assert_allclose(turned(found[key], body), np.eye(3), atol=10 * EPS)
+    assert found["cross_stiffness"] == [2000, -2000]
+
+
+def test_drag_is_at_a_point_of_a_body():
+    found, to_w, _ = element("{type: drag, body: b, point: [1, 2, 4], coefficient: [1, 2, 3], flow: [36 km/h, 0, 0]}")
+    np.testing.assert_allclose(to_w(found["point"], "b"), [1, 2, 4], atol=10 * EPS)
+    assert (found["coefficient"], found["flow"]) == ([1, 2, 3], [10, 0, 0])
+
+
+def test_a_cloud_has_its_points_in_the_second_body():
+    found, to_w, _ = element(
+        "{type: cloud_contact, bodies: [ground, b], point: [0, 0, 0], normal: [0, 0, 1], "
+        "points2: [[1, 2, 3], [3, 2, 1]], radius: 1 mm}"
+    )
+    np.testing.assert_allclose(to_w(found["points2"], "b"), [[1, 2, 3], [3, 2, 1]], atol=10 * EPS)
+
+
 def test_a_follower_force_is_in_the_bodys_axes():
     found, to_w, _ = element("{type: follower_force, body: a, point: [1, 2, 4], force: [1, 0, 0]}")
     np.testing.assert_allclose(to_w(found["point"], "a"), [1, 2, 4], atol=10 * EPS)
@@ -221,6 +245,7 @@ def test_a_sensor_tells_what_happens_at_its_point():
         ("{type: table_spring, bodies: [a, b], frame1: {}, frame2: {}, length: [1, 0], force: [0, 0]}", "e.length"),
         ("{type: plane_contact, bodies: [a, b], point: [0, 0, 0], point2: [0, 0, 0], radius: 1}", "normal is missing"),
         ("{type: plane_contact, bodies: [a, b], frame1: {}, point2: [0, 0, 0]}", "radius is missing"),
+        ("{type: cloud_contact, bodies: [a, b], frame1: {}, radius: 1}", "points2 is missing; give points2"),
         ("{type: follower_force, body: ground, point: [0, 0, 0]}", 'there is no body "ground"'),
         ("{type: line_sprint, bodies: [a, b]}", "did you mean line_spring?"),
     ],

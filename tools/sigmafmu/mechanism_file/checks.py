@@ -67,7 +67,7 @@ def _check_inertia(body: Record, context: Context) -> None:
 
 def check_ends(ends: Sequence[Any]) -> Check:
     """The check of an element by its ends (table.ends.End): bodies that differ, each end in W or by frames."""
-    groups = {end.in_w: [other.frame for other in ends if other.in_w == end.in_w] for end in ends}
+    groups = {end.in_w: [e.frame for e in ends if e.in_w == end.in_w and e.frame] for end in ends}
 
     def check(element: Record, context: Context) -> None:
         bodies = element.get("bodies", [])
@@ -84,7 +84,8 @@ def check_ends(ends: Sequence[Any]) -> Check:
                 continue
             for name in in_w:
                 if name not in given and name not in OPTIONAL:
-                    text = f"{name} is missing; give {' and '.join(in_w)}, or {' and '.join(frames)}"
+                    ways = [" and ".join(way) for way in (in_w, frames) if way]
+                    text = f"{name} is missing; give {', or '.join(ways)}"
                     context.refuse(element.line, element.where, text)
         if "axis1" in element and "axis2" in element:
             _check_cross(element, context)

@@ -180,6 +180,10 @@ def _attached(element: Record, ends: Sequence[End], placement: Placement) -> Jso
     result: Json = {}
     for end in ends:
         body = bodies[end.body]
+        if end.many:
+            points = element[end.in_w[0]]
+            result[end.in_w[0]] = [_list(placement[body].to_body(np.array(point))) for point in points]
+            continue
         if any(key in element for key in end.in_w):
             frame = _frame_in_w(element, end.in_w, placement[body])
         else:

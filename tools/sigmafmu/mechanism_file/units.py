@@ -28,6 +28,8 @@ DIMENSIONS = {
     "torsional damping": "N*m*s/rad",
     "rate": "1/s",
     "modulus": "Pa",
+    "drag": "N*s^2/m^2",
+    "rotational drag": "N*m*s^2",
     "slowness": "s/m",
     "torsional slowness": "s/rad",
 }

@@ -43,10 +43,13 @@ class End:
 
     in_w: tuple[str, ...]
     frame: str
+    """Its key; empty: there is none."""
     body: int = 0
     """Which of the element's bodies."""
     is_frame: bool = True
     """Whether the element attaches to a frame there; else to its origin, by the key that is the first in W."""
+    many: bool = False
+    """Whether that key has a list of points."""
 
 
 def both(*in_w: str) -> tuple[End, End]:
@@ -62,6 +65,7 @@ IN_W = {
         Key("point", vector("length"), "where it is at the start, in W"),
         Key("point1", vector("length"), "on the first body, in W, at the start"),
         Key("point2", vector("length"), "on the second body, in W, at the start"),
+        Key("points2", List(vector("length"), least=1), "on the second body, in W, at the start"),
         Key("axis", Direction(), "in W, at the start"),
         Key("normal", Direction(), "in W, at the start"),
         Key("orientation", ORIENTATION, "of the axes, in W, at the start", default="those of W"),
@@ -76,7 +80,11 @@ def keys_of(ends: tuple[End, ...]) -> tuple[Key, ...]:
     """Keys of ends."""
     names = dict.fromkeys(name for end in ends for name in end.in_w)
     which = {0: "the first body", 1: "the second body"} if len(ends) > 1 else {0: "the body"}
-    frames = (Key(end.frame, FRAME, f"in {which[end.body]}, in place of geometry in W; z is the axis") for end in ends)
+    frames = (
+        Key(end.frame, FRAME, f"in {which[end.body]}, in place of geometry in W; z is the axis")
+        for end in ends
+        if end.frame
+    )
     return (*(IN_W[name] for name in names), *frames)
 
 

@@ -72,6 +72,26 @@ FORCE_TYPES = {
             Key("damping_coupling", MATRIX, "the same of the damping", default="0"),
         ),
     ),
+    "bearing": ForceType(
+        "springs and dampers along three axes that cross-couple, as journal bearings and seals",
+        both("point", "orientation"),
+        (
+            Key("stiffness", List(Number("stiffness"), 3), "along the axes of the first frame", default="0"),
+            Key("damping", List(Number("damping"), 3), "along the axes of the first frame", default="0"),
+            Key("cross_stiffness", List(Number("stiffness"), 2), "force along x by y, along y by x", default="0"),
+            Key("cross_damping", List(Number("damping"), 2), "the same of the damping", default="0"),
+        ),
+    ),
+    "drag": ForceType(
+        "quadratic drag in a medium",
+        (End(("point",), "frame", 0, is_frame=False),),
+        (
+            Key("coefficient", List(least("drag"), 3), "along the body's axes: density c_d area / 2", default="0"),
+            Key("rotational", List(least("rotational drag"), 3), "about the body's axes", default="0"),
+            Key("flow", vector("velocity"), "of the medium, in W", default="0"),
+        ),
+        Key("body", BODY, "on which it acts", required=True),
+    ),
     "follower_force": ForceType(
         "a force and a torque that turn with a body",
         (End(("point",), "frame", 0, is_frame=False),),
@@ -85,6 +105,11 @@ FORCE_TYPES = {
         "a sphere of the second body on a plane of the first",
         (End(("point", "normal"), "frame1", 0), POINTS[1]),
         (Key("radius", positive("length"), "of the sphere about point2", required=True), *SURFACE),
+    ),
+    "cloud_contact": ForceType(
+        "many points of the second body on a plane of the first",
+        (End(("point", "normal"), "frame1", 0), End(("points2",), "", 1, is_frame=False, many=True)),
+        (Key("radius", positive("length"), "of the spheres about the points", required=True), *SURFACE),
     ),
     "sphere_contact": ForceType(
         "spheres of two bodies",
