@@ -289,7 +289,7 @@ class Either:
 
 @dataclass(frozen=True)
 class Later:
-    """A value whose dimension other parts of the file tell; `kind_of` makes the kind when these are known."""
+    """A value whose dimension other parts of the file tell: it stays Pending until these are known."""
 
     what: str
     one_of: tuple[Kind, ...]
