@@ -28,9 +28,11 @@ NOT_RUN = {
     "make": "runs all of this; its targets are looked up",
     "pip": "installs",
     "cmake": "is what tests/fmu/test_sources.py does",
+    "sigmafmu build": "packs an FMU, which needs what the build makes",
     "sigmafmu compat": "is what tests/masters does",
     "sigmafmu couple": "takes minutes; tests/cli/test_figures.py runs it with one stiffness",
     "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",
+    "python -m sigmafmu.mechanism_file": "writes what tests/mechanism_file compares",
     "python -m research study": "takes minutes; `make study QUICK=1` is part of CI",
 }
 """Beginning of a command → why it is parsed only."""
@@ -52,8 +54,14 @@ NO_EXAMPLES = {
 }
 """Beginning of a block → why it is none."""
 
+FAILS = {"sigmafmu check Wrong.yaml"}
+"""Commands that show what an error looks like."""
+
 FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat"}
 """An --output with another ending is a variable."""
+
+RUN = {"python", "yaml", "text"}
+"""Languages of blocks that are run, written to a file, or compared with what was printed."""
 
 APPS = {"sigmafmu": sigmafmu, "python -m research": research}
 """Beginning of a command → the application that parses it."""
@@ -93,16 +101,18 @@ def _finite_elements(folder: Path) -> None:
     np.savetxt(folder / "nodes.csv", X, delimiter=",")
 
 
-def run_command(command: str) -> None:
+def run_command(command: str) -> str:
+    """What it prints."""
     shorter = next((options for start, options in SHORTER.items() if command.startswith(start)), [])
     words = [*shlex.split(command)[1:], *shorter]
     result = CliRunner().invoke(sigmafmu, words, catch_exceptions=False)
-    assert result.exit_code == 0, f"{command}\n{result.output}"
+    assert result.exit_code == (command in FAILS), f"{command}\n{result.output}"
     for option, name in pairwise(words):
         if option in ("--output", "--plot", "--file") and Path(name).suffix in FILES:
             assert Path(name).stat().st_size > 0, f"{command} wrote no {name}"
             if option == "--plot":
                 assert Path(name).read_bytes().startswith(b"\x89PNG")
+    return result.output
 
 
 @pytest.mark.parametrize("page", sorted({b.page for b in ALL}))
@@ -112,13 +122,16 @@ def test_examples_of(page, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     if page == "modes.md":
         _finite_elements(tmp_path)
-    variables = {"__name__": "__main__"}
+    variables, printed = {"__name__": "__main__"}, ""
     for block in ALL:
         if block.page != page or is_no_example(block):
             continue
         if is_shell(block):
-            run_shell(block)
-        elif file := re.match(r"# (\w+\.py)\n", block.text):
+            printed = run_shell(block)
+        elif block.language == "text":  # what the commands before it print
+            for line in block.text.splitlines():
+                assert line in printed, f"{block.name}: {line}\n{printed}"
+        elif file := re.match(r"# (\w+\.(py|yaml))\b", block.text):
             Path(file[1]).write_text(block.text, encoding="utf-8")
         else:
             exec(compile(block.text, block.name, "exec"), variables)
@@ -127,21 +140,24 @@ def test_examples_of(page, tmp_path, monkeypatch):
         assert (angle[1] - angle[0]) / 0.01 == pytest.approx(10.0, rel=0.1)
 
 
-def run_shell(block: Block) -> None:
+def run_shell(block: Block) -> str:
+    """What its commands print."""
+    printed = ""
     for command in command_lines(block):
         if command.startswith("make"):
             assert has_target(command), command
         elif command.startswith(tuple(APPS)):
             parse(command)
             if not reason_not_to_run(command):
-                run_command(command)
+                printed += run_command(command)
         else:
             assert reason_not_to_run(command), f"{block.name}: {command} is neither run nor excused"
+    return printed
 
 
 def test_nothing_is_left_out():
     """Every block is run, or has a reason not to be."""
-    forgotten = [b.name for b in ALL if not (is_shell(b) or b.language == "python" or is_no_example(b))]
+    forgotten = [b.name for b in ALL if not (is_shell(b) or b.language in RUN or is_no_example(b))]
     assert forgotten == []
 
 

@@ -1,6 +1,7 @@
 """The command `sigmafmu`."""
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,8 @@ from sigmafmu.console import OneLineErrors, agreed, err, out, progress_bar, show
 from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
+from sigmafmu.mechanism_file.cli import is_mechanism_file
+from sigmafmu.mechanism_file.cli import register as register_mechanism_file
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
 
@@ -77,7 +80,9 @@ def info(
     "--set integrator.sigma=1.6 --set gravity=0,0,-1.62 --output out.csv --plot out.png"
 )
 def run(
-    model: ModelName,
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL|FILE", help="A model, see `sigmafmu list`, a mechanism file, or an FMU.")
+    ],
     stop_time: Annotated[float | None, typer.Option(help="Seconds to simulate; default: the model's own.")] = None,
     step_size: Annotated[float | None, typer.Option(help="Communication step in s; default: the model's own.")] = None,
     settings: Annotated[
@@ -94,7 +99,7 @@ def run(
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before a run of over ten minutes or 1 GB.")] = False,
 ) -> None:
-    """Simulate a model through FMPy and write or plot its variables."""
+    """Simulate a model through FMPy, or a mechanism file, and write or plot its variables."""
     from sigmafmu.estimate import cost
     from sigmafmu.fmu import Fmu
     from sigmafmu.result import CsvWriter
@@ -103,17 +108,24 @@ def run(
     for file in (output, plot):
         if file and not file.absolute().parent.is_dir():
             raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
-    fmu, values, names = Fmu.of_model(model), dict(split_setting(s) for s in settings or ()), variables or ()
-    expected = cost(fmu, stop_time, step_size, values, names, output)
-    if expected.is_large and not agreed(f"this run takes {expected}", yes):
-        raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")
-    steps = communication_steps(fmu, stop_time, step_size)
+    values, names = dict(split_setting(s) for s in settings or ()), variables or ()
+    if is_mechanism_file(model):
+        from sigmafmu.mechanism_file.load import load
+        from sigmafmu.mechanism_file.run import simulate_file, steps_of_file
+
+        mechanism = load(model)
+        steps, simulated = steps_of_file(mechanism, stop_time, step_size), partial(simulate_file, mechanism)
+    else:
+        fmu = Fmu.of(model)
+        expected = cost(fmu, stop_time, step_size, values, names, output)
+        if expected.is_large and not agreed(f"this run takes {expected}", yes):
+            raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")
+        steps, simulated = communication_steps(fmu, stop_time, step_size), partial(simulate, fmu)
     keep_every = -(-len(steps) // PLOTTED_ROWS)
     failure = None
     with progress_bar(err, model, sum(steps[-1])) as move_to, CsvWriter(output or Path()) as writer:
         try:
-            result = simulate(
-                fmu,
+            result = simulated(
                 stop_time=stop_time,
                 step_size=step_size,
                 settings=values,
@@ -200,6 +212,7 @@ def compat(
 register_linear(app)
 register_loop(app)
 register_coupling(app)
+register_mechanism_file(app)
 register_modes(app)
 register_sigma(app)
 

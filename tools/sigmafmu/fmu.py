@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import fmpy
 from fmpy.fmi2 import (
@@ -15,7 +16,7 @@ from fmpy.fmi2 import (
 )
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from sigmafmu import fmu_path
+from sigmafmu import SigmafmuError, fmu_path
 
 STATUS_NAMES = ("info", "warning", "discard", "error", "fatal", "pending")
 
@@ -60,6 +61,16 @@ class Fmu:
     def name(self) -> str:
         """Name of the model."""
         return self.description.modelName
+
+    @classmethod
+    def of(cls, target: str) -> "Fmu":
+        """Open the FMU of a model, or a file that ends in .fmu; raises SigmafmuError."""
+        if not target.endswith(".fmu"):
+            return cls.of_model(target)
+        try:
+            return cls(target)
+        except (OSError, BadZipFile) as error:
+            raise SigmafmuError(f"{target} is no FMU: {getattr(error, 'strerror', None) or error}") from error
 
     def references(self, names: list[str]) -> list[int]:
         """Value references of the variables `names`."""

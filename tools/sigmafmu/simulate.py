@@ -142,6 +142,11 @@ def communication_steps(fmu: Fmu, stop_time: float | None = None, step_size: flo
     if step_size is None:
         declared = float(experiment.stepSize) if experiment and experiment.stepSize else None
         step_size = declared or stop_time / DEFAULT_COMMUNICATION_STEPS
+    return steps_of(stop_time, step_size)
+
+
+def steps_of(stop_time: float, step_size: float) -> CommunicationSteps:
+    """Communication steps from 0 to `stop_time`."""
     for name, value in (("stop time", stop_time), ("step size", step_size)):
         if not (math.isfinite(value) and value > 0):
             raise SigmafmuError(f"the {name} must be a positive number of seconds, not {value:g}")

@@ -1,0 +1,219 @@
+"""The library: files that say the same as the compiled mechanisms, and mechanisms against independent solutions."""
+
+import json
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from sigmafmu import _core
+from sigmafmu.mechanism_file.load import load
+
+from ..core import redundant_mechanisms
+from .helpers import LIBRARY
+
+FILES = sorted(path.stem for path in LIBRARY.glob("*.yaml"))
+DEGREES = {
+    "AndrewsSqueezer": 1,
+    "Bricard": 1,
+    "Chain10": 30,
+    "DoubleFourBar": 1,
+    "DoubleWishbone": 2,
+    "FlexibleSliderCrank": 5,
+    "Flyball": 4,
+    "FreeBody": 6,
+    "GearTrain": 2,
+    "HeavyTop": 3,
+    "HighSpeedRotor": 6,
+    "PlanarFourBar": 1,
+    "RobotArm": 7,
+    "SliderCrank": 1,
+    "StewartPlatform": 6,
+}
+
+
+def assert_same(found, expected, where=""):
+    """Texts and structure the same, numbers to 1e-12 of their size."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys(), where
+        for key in expected:
+            assert_same(found[key], expected[key], f"{where}.{key}")
+    elif isinstance(expected, list):
+        assert len(found) == len(expected), where
+        for i, (one, two) in enumerate(zip(found, expected, strict=True)):
+            assert_same(one, two, f"{where}[{i}]")
+    elif isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-12), where
+    else:
+        assert found == expected, where
+
+
+def data(mechanism):
+    """All of a definition but initial coordinates of joints, which follow from the bodies."""
+    content = json.loads(_core.to_json(mechanism))
+    for joint in content["joints"]:
+        for key in [key for key in joint if re.fullmatch(r"(coordinate|rate|displacement|displacement_rate)\d?", key)]:
+            del joint[key]
+    return content
+
+
+@pytest.mark.parametrize("model", [name for name in FILES if name in _core.mechanisms()])
+def test_a_file_says_what_the_compiled_mechanism_says(model):
+    assert_same(data(load(LIBRARY / f"{model}.yaml").mechanism), data(_core.mechanism(model)))
+
+
+def test_the_compiled_mechanisms_that_are_files_too():
+    assert {"HeavyTop", "HighSpeedRotor", "SliderCrank", "FlexibleSliderCrank"} <= set(FILES)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_runs_with_its_degrees_of_freedom(name):
+    found = load(LIBRARY / f"{name}.yaml")
+    assert found.definition["name"] == name
+    assert _core.freedom(found.mechanism.multibody).degrees == DEGREES[name]
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    energy = slave.get("energy.total")
+    H = min(found.mechanism.communication_step, 1e-3)
+    for i in range(20):
+        slave.do_step(i * H, H)
+    assert np.isfinite([slave.get("energy.total"), energy]).all()
+
+
+def changed(name, h):
+    """A mechanism of the library with internal steps of h."""
+    mechanism = load(LIBRARY / f"{name}.yaml").mechanism
+    mechanism.integrator.step_size = h
+    return mechanism
+
+
+def run(name, names, times, h=1e-3):
+    """Values of variables at equal times, with internal steps of h."""
+    slave = _core.Slave(changed(name, h))
+    slave.start()
+    rows = [[slave.get(n) for n in names]]
+    for t, after in pairwise(times):
+        slave.do_step(t, after - t)
+        rows.append([slave.get(n) for n in names])
+    return np.array(rows)
+
+
+def test_the_planar_four_bar_moves_as_its_independent_solution():
+    times = np.linspace(0, 0.5, 51)
+    found = run("PlanarFourBar", ["hinge1.angle", "hinge1.angularRate"], times, 1e-4)
+    expected = redundant_mechanisms.four_bar_motion(times).T
+    assert np.abs(found[0] - expected[0]).max() < 1e-12
+    assert np.abs(found - expected).max() < 1e-4  # (h w)^2 = 1e-6 at 10 rad/s, of rates up to 30 rad/s
+
+
+def test_the_double_four_bar_moves_as_its_independent_solution():
+    times = np.linspace(0, 1, 101)
+    found = run("DoubleFourBar", ["crank2.position[1]", "crank2.position[2]"], times)
+    angle = redundant_mechanisms.four_bar_row_motion(2, times)[0]
+    expected = np.column_stack([1 + np.cos(angle) / 2, np.sin(angle) / 2])
+    assert np.abs(found - expected).max() < 1e-5
+
+
+def test_bricards_mechanism_moves_as_its_independent_solution():
+    times = np.linspace(0, 1, 101)
+    names = [f"bar{i}.position[{k}]" for i in range(1, 6) for k in (1, 2, 3)]
+    found = run("Bricard", names, times)
+    expected = redundant_mechanisms.bricard_motion(times).reshape(len(times), -1)
+    assert np.abs(found - expected).max() < 1e-5
+
+
+def test_andrews_squeezing_mechanism_against_the_test_set():
+    """Angles at 0.03 s of the test set for IVP solvers (problem "Andrews' squeezing mechanism", to 15 digits there)."""
+    expected = {
+        "drive.angle": 15.81077119629904,
+        "pivotB.angle": 0.04082224013073101,
+        "pivotA5.angle": 0.5244099658805304,
+        "pivotA7.angle": 1.048080741042263,
+    }
+    start = {
+        "pivotB.angle": 0.455279819163070380,
+        "pivotA5.angle": 0.48736497954384255,
+        "pivotA7.angle": 1.2305474445498212,
+    }
+    errors = []
+    for h in (2e-5, 1e-5):
+        slave = _core.Slave(changed("AndrewsSqueezer", h))
+        slave.start()
+        for i in range(300):
+            slave.do_step(1e-4 * i, 1e-4)
+        errors.append([slave.get(n) + start.get(n, 0.0) - value for n, value in expected.items()])
+    coarse, fine = np.array(errors)
+    assert np.abs(fine).max() < 1e-3  # h w = 0.02 at 1900 rad/s
+    assert np.abs((4 * fine - coarse) / 3).max() < 1e-5  # without the leading term of second order
+
+
+def flyball_motion(times):
+    """Slider and angle below horizontal of the Flyball with their rates: its arms move alike, H about z is kept."""
+    m, L, r0, Jx, Jt = 5.3, 0.971698113207547, 0.05, 5e-6, 0.0957572169811321  # of an arm
+    K, C, free, g, ms = 8e5, 4e4, 0.5, 9.81, 3.0
+    alone = 5e-6 + 5e-3  # shaft and slider about z
+
+    def spin_inertia(a):
+        return alone + 2 * (m * (r0 + L * np.cos(a)) ** 2 + Jx * np.sin(a) ** 2 + Jt * np.cos(a) ** 2)
+
+    def slope(a):
+        return 2 * (-2 * m * (r0 + L * np.cos(a)) * L * np.sin(a) + (Jx - Jt) * np.sin(2 * a))
+
+    H = spin_inertia(np.pi / 6) * 2 * np.pi
+
+    def rhs(_, y):
+        s, a, s_rate, a_rate = y
+        across, along = 0.5 * np.cos(a), 1 - 0.5 * np.sin(a) - s
+        length = np.hypot(across, along)
+        by_s, by_a = -along / length, (-across * 0.5 * np.sin(a) - along * 0.5 * np.cos(a)) / length
+        tension = 2 * (K * (length - free) + C * (by_s * s_rate + by_a * a_rate))
+        w = H / spin_inertia(a)
+        s_force = -ms * g - tension * by_s
+        a_force = 0.5 * w**2 * slope(a) + 2 * m * g * L * np.cos(a) - tension * by_a
+        return [s_rate, a_rate, s_force / ms, a_force / (2 * (m * L**2 + Jt))]
+
+    start = [0.5, np.pi / 6, 0.0, 0.0]
+    return solve_ivp(rhs, (0, times[-1]), start, "Radau", times, rtol=1e-10, atol=1e-12).y
+
+
+def test_the_flyball_governor_moves_as_its_independent_solution():
+    times = np.linspace(0, 0.5, 51)
+    found = run("Flyball", ["sleeve.displacement", "hinge1.angle", "hinge2.angle"], times, 2e-4)
+    s, a, *_ = flyball_motion(times)
+    assert np.abs(s - s[0]).max() > 0.05  # it moves
+    assert np.abs(found - np.column_stack([s, a, np.pi - a])).max() < 1e-5
+
+
+def test_the_gear_train_moves_as_its_independent_solution():
+    """Rates of the wheels from linear equations: the motor has -4 times the carrier's rate, that is half their sum."""
+    carrier, motor = np.array([0.5, 0.5]), np.array([-2.0, -2.0])
+    M = 2e-3 * np.outer(motor, motor) + 0.03 * np.outer(carrier, carrier) + 0.2 * np.eye(2)
+    A, b = -np.linalg.solve(M, np.diag([0, 0.5])), np.linalg.solve(M, 0.5 * motor)
+    times = np.linspace(0, 2, 21)
+    expected = [expm(np.block([[A, b[:, None]], [np.zeros((1, 3))]]) * t)[:2, 2] for t in times]
+    found = run("GearTrain", ["leftShaft.angularRate", "rightShaft.angularRate", "motorShaft.angularRate"], times)
+    assert np.abs(found[:, :2] - expected).max() < 1e-5
+    assert np.abs(found[:, 2] - np.array(expected) @ motor).max() < 1e-4
+
+
+def test_the_chain_starts_as_its_recursion_says():
+    found = load(LIBRARY / "Chain10.yaml").definition["bodies"]
+    joint = np.zeros(3)
+    for k, body in enumerate(found, 1):
+        w = np.array([0.5 * (-1) ** k, 0.25, 1])
+        assert body["position"] == [k - 0.5, 0, 0]
+        np.testing.assert_allclose(body["angular_velocity"], w, atol=0)
+        np.testing.assert_allclose(body["velocity"], joint + np.cross(w, [0.5, 0, 0]), atol=1e-14)
+        joint = joint + np.cross(w, [1, 0, 0])
+
+
+def test_the_arm_starts_at_the_angles_of_its_file():
+    slave = _core.Slave(load(LIBRARY / "RobotArm.yaml").mechanism)
+    slave.start()
+    angles = np.radians([20, -35, 10, 70, 0, 45, 0])
+    rates = np.radians([0, 10, 0, -20, 0, 0, 60])
+    np.testing.assert_allclose([slave.get(f"joint{i}.angle") for i in range(1, 8)], angles, atol=1e-13)
+    np.testing.assert_allclose([slave.get(f"joint{i}.angularRate") for i in range(1, 8)], rates, atol=1e-12)

@@ -1,0 +1,1 @@
+"""Mechanisms from files: read by one table of keys, placed, assembled, and told what is wrong with all of them."""

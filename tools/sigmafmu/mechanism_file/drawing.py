@@ -1,0 +1,21 @@
+"""Draws a mechanism at its start, as the FMUs' documentation shows it."""
+
+import json
+from pathlib import Path
+
+from sigmafmu import SigmafmuError, _core
+from sigmafmu.mechanism_file.load import MechanismFile, folder_of
+
+
+def draw(file: MechanismFile, path: Path) -> None:
+    """Write a PNG; raises SigmafmuError."""
+    try:
+        from sigmafmu.contents.draw import draw_figure
+    except ModuleNotFoundError as error:
+        raise SigmafmuError(f"cannot draw {path}: this installation has nothing to draw mechanisms with") from error
+    with folder_of(file.resources) as folder:
+        picture = draw_figure(json.loads(_core.to_json(file.mechanism)), folder)
+    try:
+        picture.save(path)
+    except OSError as error:
+        raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
