@@ -28,7 +28,6 @@ NOT_RUN = {
     "make": "runs all of this; its targets are looked up",
     "pip": "installs",
     "cmake": "is what tests/fmu/test_sources.py does",
-    "sigmafmu build": "packs an FMU, which needs what the build makes",
     "sigmafmu compat": "is what tests/masters does",
     "sigmafmu couple": "takes minutes; tests/cli/test_figures.py runs it with one stiffness",
     "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",

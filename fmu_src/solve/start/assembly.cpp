@@ -308,6 +308,7 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
 }
 
 void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
+  constexpr double kTurn = 6.28318530717958647692;
   for (JointDef& joint : definition.joints) {
     if (joint.type == JointType::distance) joint.length = round_to_12_digits(rod_length(definition, joint));
   }
@@ -323,7 +324,10 @@ void find_joint_values(MultibodyDef& definition, const KktPlans& plans) {
   for (int j = 0; j < system.joint_count(); ++j) {
     JointDef& joint = definition.joints[j];
     for (int c = 0; c < joint.coordinate_count(); ++c) {
-      joint.initial_coordinates[c] = round_to_12_digits(present(system, e, q, v, {Kind::joint_coordinate, j, c}));
+      double& x = joint.initial_coordinates[c];
+      double found = present(system, e, q, v, {Kind::joint_coordinate, j, c});
+      if (joint.turns(c) && !std::isnan(x)) found += kTurn * std::round((x - found) / kTurn);  // the turns that it has
+      x = round_to_12_digits(found);
       joint.initial_rates[c] = round_to_12_digits(present(system, e, q, v, {Kind::joint_rate, j, c}));
     }
   }

@@ -9,10 +9,8 @@ from sigmafmu.mechanism_file.load import MechanismFile, folder_of
 
 def draw(file: MechanismFile, path: Path) -> None:
     """Write a PNG; raises SigmafmuError."""
-    try:
-        from sigmafmu.contents.draw import draw_figure
-    except ModuleNotFoundError as error:
-        raise SigmafmuError(f"cannot draw {path}: this installation has nothing to draw mechanisms with") from error
+    from sigmafmu.contents.draw import draw_figure  # Matplotlib takes a second to load
+
     with folder_of(file.resources) as folder:
         picture = draw_figure(json.loads(_core.to_json(file.mechanism)), folder)
     try:
