@@ -24,7 +24,8 @@ Mechanism without_values(Mechanism mechanism) {
   MultibodyDef& d = mechanism.multibody;
   for (RigidBodyDef& body : d.bodies) body = without_values(body);
   for (JointDef& joint : d.joints) {
-    joint.initial_coordinates = joint.initial_rates = {JointDef::kNotSet, JointDef::kNotSet};
+    joint.initial_coordinates.fill(JointDef::kNotSet);
+    joint.initial_rates.fill(JointDef::kNotSet);
   }
   for_each_force_list(d, [](const char*, auto& forces) {
     for (auto& force : forces) {
