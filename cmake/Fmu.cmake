@@ -78,7 +78,8 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
   add_custom_command(
     OUTPUT ${tree}/sources/buildDescription.xml
     COMMAND ${Python_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/tools/fmu_sources.py ${model} --output ${tree}/sources
-            --own=models/${model}.cpp --own=model.cpp "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" --root=${work} ${sources}
+            --own=models/${model}.cpp --own=model.cpp
+            "--root=$<JOIN:${SIGMAFMU_SOURCE_ROOTS},;--root=>" --root=${work} ${sources}
     DEPENDS tools/fmu_sources.py cmake/FmuBinary.cmake cmake/fmi2.map cmake/source_fmu.cmake.in
             ${sources} ${SIGMAFMU_HEADERS}
     COMMENT "Collecting the sources of ${model}"

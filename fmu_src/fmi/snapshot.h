@@ -29,8 +29,8 @@ struct Snapshot {
 // Whether all their vectors have the same sizes, so that one can be copied to the other without allocation.
 bool same_sizes(const Snapshot& a, const Snapshot& b);
 
-// Bytes that another process with the same FMU can read. `identity` (the GUID, after a checksum of what
-// came from resources) and a checksum are part of them.
+// Bytes that another process with the same FMU can read. `identity` (the GUID, after a checksum of what came from
+// resources) and a checksum are part of them.
 std::vector<char> serialize(const Snapshot& snapshot, const std::string& identity);
 // Throws std::invalid_argument with one sentence when the bytes are not those of such a snapshot.
 Snapshot deserialize(const char* bytes, std::size_t size, const std::string& identity);

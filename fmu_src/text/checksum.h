@@ -18,7 +18,7 @@ inline std::uint64_t checksum(std::string_view bytes, std::uint64_t before = kNo
 
 inline std::string hexadecimal(std::uint64_t number) {
   std::string digits;
-  for (int shift = 60; shift >= 0; shift -= 4) digits += "0123456789abcdef"[(number >> shift) & 0xFU];
+  for (unsigned end = 64; end > 0; end -= 4U) digits += "0123456789abcdef"[(number >> (end - 4U)) & 0xFU];
   return digits;
 }
 

@@ -375,6 +375,7 @@ def test_wrong_mechanism_is_one_sentence(tmp_path):
     for mechanism, message in (
         ("{", r"^The mechanism is no JSON: "),
         (mechanism_of("HeavyTop") | {"name": "1"}, r'^The name of the mechanism is "1"; '),
+        (mechanism_of("HeavyTop") | {"description": "a\0b"}, r"^the descriptions of the mechanism cannot be written "),
         (mechanism_of("FlexiblePendulum"), r"beam\.json: it cannot be opened"),
         (chain(1) | {"joints": [{"name": "hold", "type": "fixed", "bodies": ["ground", "link1"]}]}, "cannot move"),
     ):

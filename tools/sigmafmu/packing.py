@@ -111,7 +111,10 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
 
     sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
-    xml, guid = model_description(description, sources, made_of)
+    try:
+        xml, guid = model_description(description, sources, made_of)
+    except ValueError as error:  # lxml's, about control characters
+        raise SigmafmuError(f"the descriptions of the mechanism cannot be written as XML: {error}") from error
     _write_text(tree / "modelDescription.xml", xml)
     identity = {"guid": guid, **description.told["checksums"]}
     _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
