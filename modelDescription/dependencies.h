@@ -12,8 +12,8 @@ using Dependencies = std::vector<std::vector<bool>>;
 
 // Holds for every value of the parameters and every reachable state: the mechanism is probed with full inertia
 // matrices and modes without symmetry at points of a motion driven by arbitrary inputs. Where it cannot move so far,
-// every output that may depend on inputs is said to. Empty where there are more than a million pairs of an output and an
-// input: nothing is known then.
+// every output that may depend on inputs is said to. Empty where there are more than a million pairs of an output and
+// an input: nothing is known then.
 Dependencies probe_dependencies(Mechanism mechanism);
 
 }  // namespace sigmafmu
