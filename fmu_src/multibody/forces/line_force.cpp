@@ -28,15 +28,12 @@ const std::vector<ForcePort>& LineForce::ports() const {
 }
 
 LineForce::Line LineForce::line(const Kinematics& k) const {
-  const FrameKinematics &k1 = k[0], &k2 = k[1];
   Line l;
-  const Vector3d x = points_.gap(k1, k2);
+  const Vector3d x = points_.gap(k[0], k[1]);
   l.length = x.norm();
   l.inverse_length = l.length > 0 ? 1 / l.length : 0;
   l.e = l.inverse_length * x;
-  l.A[0].noalias() = k1.R_WB * lie::hat(points_.s1);
-  l.A[1].noalias() = k2.R_WB * lie::hat(-points_.s2);
-  l.xdot = k2.v_WB + l.A[1] * k2.w_WB_B - k1.v_WB + l.A[0] * k1.w_WB_B;
+  l.xdot = points_.gap_rate(k[0], k[1]);
   l.rate = l.e.dot(l.xdot);
   return l;
 }
@@ -48,11 +45,11 @@ void LineForce::add(const Kinematics& k, const Inputs& u, const FrameForces& r) 
   const Vector3d f = -(tension(l.length, l.rate).value + *own(u)) * l.e;
   if (r.has(0)) {
     r[0].head<3>() += f;
-    r[0].tail<3>().noalias() -= l.A[0].transpose() * f;
+    r[0].tail<3>() += points_.s1.cross(k[0].R_WB.transpose() * f);
   }
   if (r.has(1)) {
     r[1].head<3>() -= f;
-    r[1].tail<3>().noalias() -= l.A[1].transpose() * f;
+    r[1].tail<3>() -= points_.s2.cross(k[1].R_WB.transpose() * f);
   }
 }
 
@@ -66,18 +63,19 @@ void LineForce::linearize(const Kinematics& k, const Inputs& u, const FramePairs
   const Matrix3d by_x = N.by_length * along + N.by_rate * l.e * (across * l.xdot).transpose() + sum * across;
   const Matrix3d by_xdot = N.by_rate * along;
   points_.stiffness(k[0], k[1], sum * l.e, K);
-  const Matrix3d Y[2] = {k[0].R_WB * lie::hat(k[0].w_WB_B.cross(points_.s1)),
-                         k[1].R_WB * lie::hat(points_.s2.cross(k[1].w_WB_B))};
+  // B_i = [o_i I, A_i], Z_i = [0, Y_i].
+  const double o[2] = {-1.0, 1.0};
+  const Vector3d* s[2] = {&points_.s1, &points_.s2};
+  const Matrix3d A[2] = {lie::times_hat(k[0].R_WB, *s[0]), lie::times_hat(k[1].R_WB, -*s[1])};
   for (int j = 0; j < 2; ++j) {
     if (!K.has(j, j)) continue;  // the ground
-    const double o_j = j == 0 ? -1.0 : 1.0;
-    const Matrix3d K_turn = by_x * l.A[j] + by_xdot * Y[j], C_turn = by_xdot * l.A[j];
+    const Matrix3d Y = lie::times_hat(k[j].R_WB, o[j] * s[j]->cross(k[j].w_WB_B));
+    const Matrix3d K_turn = by_x * A[j] + by_xdot * Y, C_turn = by_xdot * A[j];
     const auto add = [&](int i, const Matrix3d& move, const Matrix3d& turn, auto block) {
-      const double o_i = i == 0 ? -1.0 : 1.0;
-      block.template topLeftCorner<3, 3>() += (o_i * o_j) * move;
-      block.template topRightCorner<3, 3>() += o_i * turn;
-      block.template bottomLeftCorner<3, 3>().noalias() += o_j * l.A[i].transpose() * move;
-      block.template bottomRightCorner<3, 3>().noalias() += l.A[i].transpose() * turn;
+      block.template topLeftCorner<3, 3>() += (o[i] * o[j]) * move;
+      block.template topRightCorner<3, 3>() += o[i] * turn;
+      block.template bottomLeftCorner<3, 3>().noalias() += o[j] * A[i].transpose() * move;
+      block.template bottomRightCorner<3, 3>().noalias() += A[i].transpose() * turn;
     };
     for (int i = 0; i < 2; ++i) {
       if (!K.has(i, j)) continue;

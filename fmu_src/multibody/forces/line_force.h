@@ -30,7 +30,6 @@ class LineForce : public Force {
   struct Line {
     Vector3d e, xdot;
     double length, rate, inverse_length;  // [m, m/s, 1/m]
-    Matrix3d A[2];                        // B_i = [o_i I, A_i]
   };
   // N, positive if it pulls, with its derivatives.
   struct Tension {
