@@ -1,5 +1,6 @@
 // What joints are called, and their coordinates.
 #include <cctype>
+#include <cmath>
 
 #include "lie/so3.h"
 #include "model/definition.h"
@@ -103,7 +104,7 @@ std::string DriveDef::input_name(const MultibodyDef& d) const {
 }
 
 double rod_length(const MultibodyDef& d, const JointDef& j) {
-  if (j.length == j.length) return j.length;
+  if (!std::isnan(j.length)) return j.length;
   return (place_at_start(d, j.body2, j.frame2) - place_at_start(d, j.body1, j.frame1)).norm();
 }
 

@@ -14,7 +14,7 @@ class CubicTable {
 
   CubicTable() = default;  // zero
   // Times ascend; at least two.
-  CubicTable(const std::vector<double>& times, const std::vector<double>& values, int integrals);
+  CubicTable(const std::vector<double>& t, const std::vector<double>& x, int integrals);
   Value operator()(double t) const;
 
  private:

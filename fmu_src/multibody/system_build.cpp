@@ -35,7 +35,7 @@ namespace {
 // of the mass matrix is regular.
 Matrix3d regular_inertia(const RigidBodyDef& body) {
   constexpr double kNothing = 1e-12, kLeast = 1e-9;
-  const Matrix3d J = inertia_matrix(body);
+  Matrix3d J = inertia_matrix(body);
   const PrincipalAxes principal = principal_axes(J);
   if (principal.values[0] > kNothing * principal.values[2]) return J;
   const Vector3d axis = principal.axes.col(0);

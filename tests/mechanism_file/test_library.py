@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from sigmafmu import _core
 from sigmafmu.mechanism_file.load import load
 
-from ..core import redundant_mechanisms
+from ..core import linkage_motions
 from .helpers import LIBRARY
 
 FILES = sorted(path.stem for path in LIBRARY.glob("*.yaml"))
@@ -104,7 +104,7 @@ def run(name, names, times, h=1e-3):
 def test_the_planar_four_bar_moves_as_its_independent_solution():
     times = np.linspace(0, 0.5, 51)
     found = run("PlanarFourBar", ["hinge1.angle", "hinge1.angularRate"], times, 1e-4)
-    expected = redundant_mechanisms.four_bar_motion(times).T
+    expected = linkage_motions.four_bar_motion(times).T
     assert np.abs(found[0] - expected[0]).max() < 1e-12
     assert np.abs(found - expected).max() < 1e-4  # (h w)^2 = 1e-6 at 10 rad/s, of rates up to 30 rad/s
 
@@ -112,7 +112,7 @@ def test_the_planar_four_bar_moves_as_its_independent_solution():
 def test_the_double_four_bar_moves_as_its_independent_solution():
     times = np.linspace(0, 1, 101)
     found = run("DoubleFourBar", ["crank2.position[1]", "crank2.position[2]"], times)
-    angle = redundant_mechanisms.four_bar_row_motion(2, times)[0]
+    angle = linkage_motions.four_bar_row_motion(2, times)[0]
     expected = np.column_stack([1 + np.cos(angle) / 2, np.sin(angle) / 2])
     assert np.abs(found - expected).max() < 1e-5
 
@@ -121,7 +121,7 @@ def test_bricards_mechanism_moves_as_its_independent_solution():
     times = np.linspace(0, 1, 101)
     names = [f"bar{i}.position[{k}]" for i in range(1, 6) for k in (1, 2, 3)]
     found = run("Bricard", names, times)
-    expected = redundant_mechanisms.bricard_motion(times).reshape(len(times), -1)
+    expected = linkage_motions.bricard_motion(times).reshape(len(times), -1)
     assert np.abs(found - expected).max() < 1e-5
 
 

@@ -34,6 +34,7 @@ struct BearingDef : TwoFrames {
   }
   Matrix3d stiffness_matrix() const { return matrix(stiffness, cross_stiffness); }
   Matrix3d damping_matrix() const { return matrix(damping, cross_damping); }
+  void check_values() const { check_frames(); }
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
     visit_frames(archive, d);

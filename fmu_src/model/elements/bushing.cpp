@@ -45,7 +45,7 @@ void check_semidefinite(const std::string& name, Matrix6d A) {
 }  // namespace
 
 void BushingDef::check_values() const {
-  TwoFrames::check_values();
+  check_frames();
   check_coupling(name + ".stiffnessCoupling", stiffness_coupling);
   check_coupling(name + ".dampingCoupling", damping_coupling);
   check_semidefinite("The stiffness of " + name, stiffness_matrix());

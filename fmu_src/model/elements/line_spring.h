@@ -23,6 +23,7 @@ struct LineSpringDef : TwoPoints {
     };
     return table;
   }
+  void check_values() const { check_points(); }
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
     visit_points(archive, d);

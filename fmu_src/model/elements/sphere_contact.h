@@ -14,7 +14,7 @@ struct SphereContactDef : TwoPoints {
 
   static const std::vector<Parameter<SphereContactDef>>& parameters() { return surface_parameters<SphereContactDef>(); }
   void check_values() const {
-    TwoPoints::check_values();
+    check_points();
     validation::check_positive(name + ".radius1", radius1, "m");
     validation::check_positive(name + ".radius2", radius2, "m");
     surface.check_values(name);

@@ -27,7 +27,7 @@ void check_table(const std::string& x_name, const std::vector<double>& x, const 
 }  // namespace
 
 void TableSpringDef::check_values() const {
-  TwoPoints::check_values();
+  check_points();
   check_table(name + ".length", length, name + ".force", force);
   check_table(name + ".rate", rate, name + ".rateForce", rate_force);
   if (length.empty() && rate.empty()) validation::fail(name, " has no table; it must have one of length or of rate.");

@@ -23,6 +23,7 @@ struct TorsionSpringDef : TwoFrames {
     };
     return table;
   }
+  void check_values() const { check_frames(); }
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
     visit_frames(archive, d);

@@ -20,7 +20,7 @@ struct TwoFrames {
     of.node(name, body1, frame1.node);
     of.node(name, body2, frame2.node);
   }
-  void check_values() const {
+  void check_frames() const {
     validation::check_frame(name + ".frame1", frame1);
     validation::check_frame(name + ".frame2", frame2);
   }

@@ -23,7 +23,7 @@ struct TwoPoints {
     of.node(name, body1, node1);
     of.node(name, body2, node2);
   }
-  void check_values() const {
+  void check_points() const {
     validation::check_point(name + ".point1", point1);
     validation::check_point(name + ".point2", point2);
   }

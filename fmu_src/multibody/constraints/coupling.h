@@ -30,7 +30,7 @@ class Coupling final : public Constraint {
   void stiffness(const Inputs& u, const Kinematics& k, const double* lambda, const FramePairs& K) const override;
 
   // p_i'.
-  double slope(const Inputs& u, const Kinematics& k, int term) const;
+  double slope(const Inputs& u, const Kinematics& k, int i) const;
   const std::vector<Term>& terms() const { return terms_; }
   // p(x), p'(x), p''(x).
   struct Value {
@@ -39,7 +39,7 @@ class Coupling final : public Constraint {
   static Value value(const std::vector<double>& polynomial, double x);
 
  private:
-  Value value(const Inputs& u, const Kinematics& k, int term) const;
+  Value value(const Inputs& u, const Kinematics& k, int i) const;
 
   std::vector<Term> terms_;
   int index_;

@@ -48,7 +48,7 @@ struct AxialDistance {
 // whose multiplier is the force [N] that draws the points together. With PointCoincidence's B, Z and K and e = d/L:
 struct PointDistance {
   PointCoincidence points;
-  double length;  // L > 0
+  double length = 0;  // L > 0
 
   double gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // e^T B.

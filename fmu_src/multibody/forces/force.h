@@ -16,12 +16,12 @@ class Force;
 
 // An input or output of a force, a vector or, with size 0, a scalar. Inputs are in Inputs::u, in their order.
 struct ForcePort {
-  const char* name;
-  int size;
-  const char* type;  // of real_types()
-  const char* description;
-  void (*output)(const Force&, const Kinematics&, const Inputs&, double* values);  // null: an input
-  bool times_velocity = false;                                                     // as Port::times_velocity
+  const char* name = nullptr;
+  int size = 0;
+  const char* type = nullptr;  // of real_types()
+  const char* description = nullptr;
+  void (*output)(const Force&, const Kinematics&, const Inputs&, double* values) = nullptr;  // null: an input
+  bool times_velocity = false;                                                               // as Port::times_velocity
 };
 
 // Sums of stiffnesses [N/m], [N m/rad].

@@ -6,9 +6,11 @@ namespace sigmafmu {
 
 const std::vector<ForcePort>& JointFriction::ports() const {
   static const std::vector<ForcePort> torque = {
-      {"frictionTorque", 0, "Torque", "Torque of the joint's friction on the second body", output}};
+      {"frictionTorque", 0, "Torque", "Torque of the joint's friction on the second body", output},
+      {"frictionPower", 0, "Power", "Power of the joint's friction on the bodies", power_output}};
   static const std::vector<ForcePort> force = {
-      {"frictionForce", 0, "Force", "Force of the joint's friction on the second body", output}};
+      {"frictionForce", 0, "Force", "Force of the joint's friction on the second body", output},
+      {"frictionPower", 0, "Power", "Power of the joint's friction on the bodies", power_output}};
   return is_angle() ? torque : force;
 }
 

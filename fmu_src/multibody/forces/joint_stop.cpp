@@ -7,9 +7,13 @@ namespace sigmafmu {
 
 const std::vector<ForcePort>& JointStop::ports() const {
   static const std::vector<ForcePort> torque = {
-      {"stopTorque", 0, "Torque", "Torque of the joint's stops on the second body", output}};
+      {"stopTorque", 0, "Torque", "Torque of the joint's stops on the second body", output},
+      {"stopEnergy", 0, "Energy", "Elastic energy of the joint's stops", energy_output},
+      {"stopPower", 0, "Power", "Power of the joint's stops on the bodies", power_output}};
   static const std::vector<ForcePort> force = {
-      {"stopForce", 0, "Force", "Force of the joint's stops on the second body", output}};
+      {"stopForce", 0, "Force", "Force of the joint's stops on the second body", output},
+      {"stopEnergy", 0, "Energy", "Elastic energy of the joint's stops", energy_output},
+      {"stopPower", 0, "Power", "Power of the joint's stops on the bodies", power_output}};
   return is_angle() ? torque : force;
 }
 

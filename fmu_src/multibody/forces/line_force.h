@@ -29,7 +29,7 @@ class LineForce : public Force {
 
   struct Line {
     Vector3d e, xdot;
-    double length, rate, inverse_length;  // [m, m/s, 1/m]
+    double length = 0, rate = 0, inverse_length = 0;  // [m, m/s, 1/m]
   };
   // N, positive if it pulls, with its derivatives.
   struct Tension {

@@ -16,6 +16,7 @@ const std::vector<ForcePort>& RotationMotor::ports() const {
          Vector3d::Map(x) = static_cast<const RotationMotor&>(f).angular_velocity(k);
        }},
       {"motorTorque", 3, "Torque", "Torque on the second body, in the axes of the joint's first frame", nullptr},
+      {"motorPower", 0, "Power", "Power of the motor in the joint", power_output, true},
   };
   return table;
 }

@@ -163,7 +163,7 @@ void coupling_ports(Ports& ports, int coupling);
 void motion_ports(Ports& ports, int motion);
 void force_ports(Ports& ports);  // of all forces
 void station_ports(Ports& ports, int station);
-void sensor_ports(Ports& ports, int sensor);
+void sensor_ports(Ports& ports, int i);
 void system_ports(Ports& ports);  // of the whole mechanism
 
 }  // namespace sigmafmu

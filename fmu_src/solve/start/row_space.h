@@ -35,7 +35,7 @@ class RowSpace {
   struct Reflection {
     std::vector<int> columns;
     std::vector<double> v;
-    double scale;  // 2 / |v|^2
+    double scale = 0;  // 2 / |v|^2
     template <typename Vector>
     double along(const Vector& x) const {
       double sum = 0;
