@@ -58,8 +58,8 @@ $(BUILT): $(SETUP) $(SOURCES)
 	@echo "build: FMUs -> $(BUILD)/fmus, Python package -> $(VENV) (minutes the first time)"
 	@$(IN_VENV) $(PIP) install -v --no-build-isolation --no-deps --config-settings=build-dir=$(BUILD) \
 	  --config-settings=cmake.define.SIGMAFMU_WERROR=$(if $(CI),ON,OFF) . $(SAVED) | $(STEPS) $(OR_TELL)
-	@for xml in $(BUILD)/fmu/*/modelDescription.xml; do model=$$(basename $$(dirname $$xml)); \
-	  sed -n "s|.*<DegreesOfFreedom value=\"\(.*\)\"/>|build: $$model: degrees of freedom: \1|p" $$xml; done
+	@for model in $$(ls $(BUILD)/fmu); do \
+	  sed -n "s|.*<DegreesOfFreedom value=\"\(.*\)\"/>|build: $$model: degrees of freedom: \1|p" $(BUILD)/fmu/$$model/tree/modelDescription.xml; done
 	@touch $@
 
 demo: build ## run HeavyTop and SliderCrank, compare with the reference, draw plots into demo/
