@@ -129,7 +129,7 @@ def test_a_mechanism_with_dependent_joints_builds_and_says_so(tree, run):
         said = run("cmake", "--build", tree / "build", "--target", "FourBar")
         freedom = "1 (18 velocities, 17 independent joint equations, 3 dependent ones)"
         assert f"FourBar: degrees of freedom: {freedom}" in said
-        description = tree / "build" / "fmu" / "FourBar" / "modelDescription.xml"
+        description = tree / "build" / "fmu" / "FourBar" / "tree" / "modelDescription.xml"
         assert 'name="joints.redundant"' in description.read_text()
     finally:
         file.unlink()
@@ -167,7 +167,7 @@ def test_a_million_pairs_of_variables_have_no_list_of_dependencies(tree, run, bo
     try:
         run("cmake", tree / "build")
         run("cmake", "--build", tree / "build", "--target", "Cloud")
-        description = (tree / "build" / "fmu" / "Cloud" / "modelDescription.xml").read_text()
+        description = (tree / "build" / "fmu" / "Cloud" / "tree" / "modelDescription.xml").read_text()
         assert 'name="body1.force[1]"' in description
         assert ("dependencies=" in description) == listed
     finally:
