@@ -127,7 +127,7 @@ void bind_definitions(nb::module_& m) {
           "__init__",
           [](SpringDamperDef* s, std::string name, int body1, const Vector3d& point1, int body2, const Vector3d& point2,
              const Vector3d& stiffness, const Vector3d& damping, int node1, int node2) {
-            new (s) SpringDamperDef{std::move(name), body1, point1, body2, point2, stiffness, damping, node1, node2};
+            new (s) SpringDamperDef{{std::move(name), body1, point1, body2, point2, node1, node2}, stiffness, damping};
           },
           "name"_a, "body1"_a, "point1"_a, "body2"_a, "point2"_a, "stiffness"_a, "damping"_a,
           "node1"_a = kFloatingFrame, "node2"_a = kFloatingFrame)

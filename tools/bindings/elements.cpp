@@ -154,7 +154,7 @@ void bind_bearing_and_drag(nb::module_& m) {
           "__init__",
           [](DragDef* d, std::string name, int body, const Vector3d& point, const Vector3d& coefficient,
              const Vector3d& rotational, const Vector3d& flow,
-             int node) { new (d) DragDef{std::move(name), body, point, coefficient, rotational, flow, node}; },
+             int node) { new (d) DragDef{{std::move(name), body, point, node}, coefficient, rotational, flow}; },
           "name"_a, "body"_a, "point"_a, "coefficient"_a, "rotational"_a = zero, "flow"_a = zero,
           "node"_a = kFloatingFrame)
       .def_ro("name", &DragDef::name)
@@ -236,7 +236,7 @@ void bind_elements(nb::module_& m) {
           "__init__",
           [](FollowerForceDef* f, std::string name, int body, const Vector3d& point, const Vector3d& force,
              const Vector3d& torque,
-             int node) { new (f) FollowerForceDef{std::move(name), body, point, force, torque, node}; },
+             int node) { new (f) FollowerForceDef{{std::move(name), body, point, node}, force, torque}; },
           "name"_a, "body"_a, "point"_a, "force"_a = Vector3d(Vector3d::Zero()),
           "torque"_a = Vector3d(Vector3d::Zero()), "node"_a = kFloatingFrame)
       .def_ro("name", &FollowerForceDef::name)

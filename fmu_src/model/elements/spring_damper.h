@@ -2,26 +2,18 @@
 // diagonal K [N/m], D [N s/m] and all vectors in W. The points may belong to nodes, as in Frame.
 #pragma once
 
-#include <Eigen/Core>
+#include <vector>
 
-#include "model/elements/checks.h"
-#include "model/elements/references.h"
+#include "model/elements/two_points.h"
 #include "model/parameter.h"
 
 namespace sigmafmu {
 
-struct SpringDamperDef {
+struct SpringDamperDef : TwoPoints {
   static constexpr const char *kKind = "spring-damper", *kType = "spring_damper";
 
-  std::string name;
-  int body1 = kGround;
-  Eigen::Vector3d point1 = Eigen::Vector3d::Zero();
-  int body2 = kGround;
-  Eigen::Vector3d point2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d stiffness = Eigen::Vector3d::Zero();
   Eigen::Vector3d damping = Eigen::Vector3d::Zero();
-  int node1 = kFloatingFrame;
-  int node2 = kFloatingFrame;
 
   static const std::vector<Parameter<SpringDamperDef>>& parameters() {
     using Def = SpringDamperDef;
@@ -31,28 +23,11 @@ struct SpringDamperDef {
     };
     return table;
   }
-  void check(const References& of) const {
-    of.pair(name, body1, body2);
-    of.node(name, body1, node1);
-    of.node(name, body2, node2);
-  }
-  void check_values() const {
-    validation::check_point(name + ".point1", point1);
-    validation::check_point(name + ".point2", point2);
-  }
-  template <typename Use>
-  void points(Use use) const {
-    use(body1, point1, node1);
-    use(body2, point2, node2);
-  }
+  void check_values() const { check_points(); }
   template <typename Archive, typename Any>
   static void visit(Archive& archive, Any& d) {
-    archive.bodies("bodies", d.body1, d.body2);
-    archive.optional("point1", d.point1);
-    archive.optional("point2", d.point2);
+    visit_points(archive, d);
     archive.parameters(d);
-    archive.optional("node1", d.node1, d.node1 != kFloatingFrame);
-    archive.optional("node2", d.node2, d.node2 != kFloatingFrame);
   }
 };
 

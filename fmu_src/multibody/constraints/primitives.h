@@ -19,6 +19,8 @@ struct PointCoincidence {
   Vector3d gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // Phi' [m/s]
   Vector3d gap_rate(const FrameKinematics& b1, const FrameKinematics& b2) const;
+  // r -= B^T f: f [N] in W acts on body 2, its opposite on body 1.
+  void add_force(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& f, const FrameForces& r) const;
   // B_2 = [I, -R_2 hat(s_2)], B_1 = [-I, R_1 hat(s_1)].
   void gradient_1(const FrameKinematics& b1, int row, Rows B1) const;
   void gradient_2(const FrameKinematics& b2, int row, Rows B2) const;

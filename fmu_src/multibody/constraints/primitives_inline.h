@@ -14,6 +14,18 @@ inline Vector3d PointCoincidence::gap_rate(const FrameKinematics& b1, const Fram
   return b2.v_WB + b2.R_WB * b2.w_WB_B.cross(s2) - b1.v_WB - b1.R_WB * b1.w_WB_B.cross(s1);
 }
 
+inline void PointCoincidence::add_force(const FrameKinematics& b1, const FrameKinematics& b2, const Vector3d& f,
+                                        const FrameForces& r) const {
+  if (r.has(0)) {
+    r[0].head<3>() += f;
+    r[0].tail<3>() += s1.cross(b1.R_WB.transpose() * f);
+  }
+  if (r.has(1)) {
+    r[1].head<3>() -= f;
+    r[1].tail<3>() -= s2.cross(b2.R_WB.transpose() * f);
+  }
+}
+
 inline void PointCoincidence::gradient_1(const FrameKinematics& b1, int row, Rows B1) const {
   B1.block<3, 3>(row, 0) = -Matrix3d::Identity();
   B1.block<3, 3>(row, 3).noalias() = lie::times_hat(b1.R_WB, s1);

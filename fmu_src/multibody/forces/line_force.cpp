@@ -42,15 +42,7 @@ double LineForce::energy(const Kinematics& k, const Inputs&) const { return stor
 
 void LineForce::add(const Kinematics& k, const Inputs& u, const FrameForces& r) const {
   const Line l = line(k);
-  const Vector3d f = -(tension(l.length, l.rate).value + *own(u)) * l.e;
-  if (r.has(0)) {
-    r[0].head<3>() += f;
-    r[0].tail<3>() += points_.s1.cross(k[0].R_WB.transpose() * f);
-  }
-  if (r.has(1)) {
-    r[1].head<3>() -= f;
-    r[1].tail<3>() -= points_.s2.cross(k[1].R_WB.transpose() * f);
-  }
+  points_.add_force(k[0], k[1], -(tension(l.length, l.rate).value + *own(u)) * l.e, r);
 }
 
 void LineForce::linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const {

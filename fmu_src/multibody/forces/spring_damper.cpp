@@ -39,15 +39,7 @@ double SpringDamper::energy(const Kinematics& k, const Inputs&) const {
 }
 
 void SpringDamper::add(const Kinematics& k, const Inputs& u, const FrameForces& r) const {
-  const Vector3d f = force(k) + Vector3d::Map(own(u));
-  if (r.has(0)) {
-    r[0].head<3>() += f;
-    r[0].tail<3>() += points_.s1.cross(k[0].R_WB.transpose() * f);
-  }
-  if (r.has(1)) {
-    r[1].head<3>() -= f;
-    r[1].tail<3>() -= points_.s2.cross(k[1].R_WB.transpose() * f);
-  }
+  points_.add_force(k[0], k[1], force(k) + Vector3d::Map(own(u)), r);
 }
 
 void SpringDamper::linearize(const Kinematics& k, const Inputs& u, const FramePairs& K, const FramePairs& C) const {
