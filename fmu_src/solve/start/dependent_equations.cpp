@@ -325,10 +325,12 @@ Dependent dependent_parts(const Place& at) {
   return result;
 }
 
-// Whether no more equations of these parts are dependent at q than wherever motions lead: moves all a little at once.
+// Whether no more equations of these parts are dependent at q than wherever motions lead: moves all a little at once
+// or, where they cannot be together, one after the other.
 bool dependent_everywhere(const System& system, const VectorXd& q, const Dependent& dependent) {
   constexpr double kDistance = 0.02;
   const Place at(system, q);
+  bool reached = false;
   Inputs u = system.make_inputs();
   // Drives and couplings stay where they are: phi is their coordinate while they prescribe 0.
   for (int d = 0; d < system.drive_count() + system.coupling_count(); ++d) {
@@ -350,10 +352,15 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Depende
     if (motion.isZero(0)) return true;  // nothing moves
     VectorXd near = displaced(system, q, motion);
     if (!reach_positions(system, u, near)) continue;
+    reached = true;
     const Place there(system, near);
     for (std::size_t k = 0; k < dependent.parts.size(); ++k) {
       if (freedom_of(there, dependent.parts[k]).independent > dependent.independent[k]) return false;
     }
+  }
+  if (reached || dependent.parts.size() == 1) return true;
+  for (std::size_t k = 0; k < dependent.parts.size(); ++k) {
+    if (!dependent_everywhere(system, q, {{dependent.parts[k]}, {dependent.independent[k]}})) return false;
   }
   return true;
 }
