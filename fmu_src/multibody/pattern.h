@@ -39,8 +39,9 @@ struct BlockPattern {
 
   int unknown_count() const { return static_cast<int>(unknowns.size()); }
   int constraint_count() const { return static_cast<int>(constraint_sizes.size()); }
-  // The nodes of a matrix of all: unknowns, then constraints.
-  int constraint_node(int constraint) const { return unknown_count() + constraint; }
+  // The nodes of a matrix of all: unknowns, then lambda of each constraint, then mu.
+  int lambda_node(int constraint) const { return unknown_count() + constraint; }
+  int mu_node(int constraint) const { return unknown_count() + constraint_count() + constraint; }
 };
 
 // Blocks of a BlockPattern::Pair, with constant sizes where they are.

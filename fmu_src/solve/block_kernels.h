@@ -4,6 +4,7 @@
 // for these sizes the loops are unrolled; kernels_for() picks them once, other sizes share a general version.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,15 +12,30 @@
 
 namespace sigmafmu::kernels {
 
+// x . y. N = n as a constant, or 0.
+template <int N>
+double dot(int n, const double* x, const double* y) {
+  if constexpr (N > 0) {
+    using Vector = Eigen::Map<const Eigen::Matrix<double, N, 1>>;
+    return Vector(x).dot(Vector(y));
+  } else {
+    double sum = 0;
+    for (int i = 0; i < n; ++i) sum += x[i] * y[i];
+    return sum;
+  }
+}
+
 // C (m x n) -= A (m x k) B (k x n). N, K: n, k as constants, or 0.
 template <int K, int N>
 void subtract_product(int m, int k, int n, const double* A, const double* B, double* C) {
-  if constexpr (K > 0 && N > 0) {
+  if constexpr (K > 0 && N == 1) {
+    for (int i = 0; i < m; ++i, A += K) C[i] -= dot<K>(K, A, B);
+  } else if constexpr (K > 0 && N > 0) {
     for (int i = 0; i < m; ++i, A += K, C += N) {
       double sum[N];
       for (int j = 0; j < N; ++j) sum[j] = C[j];
       for (int l = 0; l < K; ++l) {
-        if (N > 1 && A[l] == 0) continue;  // rows of joints have many zeros
+        if (A[l] == 0) continue;  // rows of joints have many zeros
         for (int j = 0; j < N; ++j) sum[j] -= A[l] * B[l * N + j];
       }
       for (int j = 0; j < N; ++j) C[j] = sum[j];
@@ -132,6 +148,8 @@ Pair pair_for(int m) {
   switch (m) {
     case 1:
       return {solve<N, 1>, subtract_product<N, 1>};
+    case 2:
+      return {solve<N, 2>, subtract_product<N, 2>};
     case 3:
       return {solve<N, 3>, subtract_product<N, 3>};
     case 4:
@@ -140,20 +158,18 @@ Pair pair_for(int m) {
       return {solve<N, 5>, subtract_product<N, 5>};
     case 6:
       return {solve<N, 6>, subtract_product<N, 6>};
-    case 8:
-      return {solve<N, 8>, subtract_product<N, 8>};
-    case 10:
-      return {solve<N, 10>, subtract_product<N, 10>};
-    case 12:
-      return {solve<N, 12>, subtract_product<N, 12>};
     default:
       return {solve<0, 0>, subtract_product<0, 0>};
   }
 }
 
-// Rigid bodies have 6 velocities, joints 3 to 6 equations and twice as many unknowns in the stabilized form.
+// Rigid bodies have 6 velocities, constraints 1 to 6 equations.
 inline Pair pair_for(int n, int m) {
   switch (n) {
+    case 1:
+      return pair_for<1>(m);
+    case 2:
+      return pair_for<2>(m);
     case 3:
       return pair_for<3>(m);
     case 4:
@@ -162,12 +178,6 @@ inline Pair pair_for(int n, int m) {
       return pair_for<5>(m);
     case 6:
       return pair_for<6>(m);
-    case 8:
-      return pair_for<8>(m);
-    case 10:
-      return pair_for<10>(m);
-    case 12:
-      return pair_for<12>(m);
     default:
       return {solve<0, 0>, subtract_product<0, 0>};
   }
@@ -175,6 +185,10 @@ inline Pair pair_for(int n, int m) {
 
 inline Factorize factorize_for(int n) {
   switch (n) {
+    case 1:
+      return factorize<1>;
+    case 2:
+      return factorize<2>;
     case 3:
       return factorize<3>;
     case 4:
@@ -183,12 +197,6 @@ inline Factorize factorize_for(int n) {
       return factorize<5>;
     case 6:
       return factorize<6>;
-    case 8:
-      return factorize<8>;
-    case 10:
-      return factorize<10>;
-    case 12:
-      return factorize<12>;
     default:
       return factorize<0>;
   }

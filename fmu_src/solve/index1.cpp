@@ -38,11 +38,11 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     pairs_.push_back(lu_->handle(pattern.pairs[p].row, pattern.pairs[p].column));
   }
   for (const auto& [constraint, unknown, offset] : pattern.incidences) {
-    rows_.push_back(lu_->handle(pattern.constraint_node(constraint), unknown));
-    columns_.push_back(lu_->handle(unknown, pattern.constraint_node(constraint)));
+    rows_.push_back(lu_->handle(pattern.lambda_node(constraint), unknown));
+    columns_.push_back(lu_->handle(unknown, pattern.lambda_node(constraint)));
   }
   for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
-    const int node = pattern.constraint_node(constraint), count = pattern.constraint_sizes[constraint];
+    const int node = pattern.lambda_node(constraint), count = pattern.constraint_sizes[constraint];
     soft_.push_back({lu_->handle(node, node) + row * count + row, force});
   }
   const int n = system.velocity_size();

@@ -98,38 +98,43 @@ Lists unknowns_on_ways(const BlockPattern& pattern) {
 BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
   const bool stabilized = form == Kkt::stabilized;
   std::vector<int> sizes;
-  sizes.reserve(pattern.unknowns.size() + pattern.constraint_sizes.size());
+  sizes.reserve(pattern.unknowns.size() + 2 * pattern.constraint_sizes.size());
   for (const Unknown& unknown : pattern.unknowns) sizes.push_back(unknown.size);
-  for (int m : pattern.constraint_sizes) sizes.push_back(stabilized ? 2 * m : m);
+  for (int of_multipliers = 0; of_multipliers < (stabilized ? 2 : 1); ++of_multipliers) {
+    sizes.insert(sizes.end(), pattern.constraint_sizes.begin(), pattern.constraint_sizes.end());
+  }
 
   std::vector<std::pair<int, int>> assigned;
   const int pairs = form == Kkt::index1 ? pattern.inertia_pairs : static_cast<int>(pattern.pairs.size());
-  assigned.reserve(pairs + pattern.incidences.size());
+  assigned.reserve(pairs + 2 * pattern.incidences.size());
   for (int p = 0; p < pairs; ++p) assigned.emplace_back(pattern.pairs[p].row, pattern.pairs[p].column);
   Lists constraints(pattern.unknown_count());  // on each unknown
   for (const auto& i : pattern.incidences) {
-    const int node = pattern.constraint_node(i.constraint);
-    assigned.emplace_back(node, i.unknown);
-    constraints[i.unknown].push_back(node);
+    assigned.emplace_back(pattern.lambda_node(i.constraint), i.unknown);
+    if (stabilized) assigned.emplace_back(pattern.mu_node(i.constraint), i.unknown);
+    constraints[i.unknown].push_back(i.constraint);
   }
   BlockGraph graph(sizes);
   graph.connect(assigned);
-  if (stabilized) {
-    std::vector<std::pair<int, int>> added;
-    for (int p = 0; p < pattern.inertia_pairs; ++p) {  // mu moves all unknowns of the bodies that it acts on
-      for (int node : constraints[pattern.pairs[p].column]) added.emplace_back(node, pattern.pairs[p].row);
-    }
-    for (const auto& together : constraints) {  // B B^T
-      for (int a : together) {
-        for (int b : together) added.emplace_back(a, b);
-      }
-    }
-    graph.connect(added);
-  }
   // Both bodies of a joint before it cost more, but that keeps apart what light bodies say and what heavy ones say: the
   // index-1 form is to be solved to the last digits.
   const Lists before = form == Kkt::index1 ? unknowns_of_constraints(pattern) : unknowns_on_ways(pattern);
-  for (std::size_t c = 0; c < before.size(); ++c) graph.after[pattern.constraint_node(static_cast<int>(c))] = before[c];
+  for (int c = 0; c < pattern.constraint_count(); ++c) graph.after[pattern.lambda_node(c)] = before[c];
+  if (stabilized) {  // mu waits for nothing: B B^T is regular from the beginning
+    std::vector<std::pair<int, int>> added;
+    for (int p = 0; p < pattern.inertia_pairs; ++p) {  // mu moves all unknowns of the bodies that it acts on
+      for (int c : constraints[pattern.pairs[p].column]) added.emplace_back(pattern.mu_node(c), pattern.pairs[p].row);
+    }
+    for (const auto& together : constraints) {  // B B^T
+      for (int a : together) {
+        for (int b : together) added.emplace_back(pattern.mu_node(a), pattern.mu_node(b));
+      }
+    }
+    for (int c = 0; c < pattern.constraint_count(); ++c) {  // of soft constraints
+      added.emplace_back(pattern.lambda_node(c), pattern.mu_node(c));
+    }
+    graph.connect(added);
+  }
   return BlockLU(graph, assigned, elimination_order(graph));
 }
 

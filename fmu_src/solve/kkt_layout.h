@@ -1,5 +1,5 @@
-// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible bodies, then joints with one or
-// two unknowns per equation.
+// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible bodies, then
+// multipliers of constraints.
 #pragma once
 
 #include <array>

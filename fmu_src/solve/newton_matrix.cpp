@@ -33,17 +33,16 @@ void add_product(int m, const double* A, const Block<N>& X, double* row) {
   }
 }
 
-// out (Size x m, rows `columns` apart) (+)= D (Size x Columns) A^T, A m x Columns.
-template <bool Add, typename Matrix>
-void write_product(const Matrix& D, int m, const double* A, int columns, double* out) {
-  const Eigen::Index size = D.rows(), inner = D.cols();
-  for (int r = 0; r < m; ++r, A += inner) {
-    for (Eigen::Index c = 0; c < size; ++c) {
-      double sum = D(c, 0) * A[0];
-      for (Eigen::Index k = 1; k < inner; ++k) sum += D(c, k) * A[k];
-      double& x = out[c * columns + r];
-      x = Add ? x + sum : sum;
-    }
+// out (Size x m) += D (Size x Columns) A^T, A m x Columns.
+template <typename Matrix>
+void add_product_transposed(const Matrix& D, int m, const double* A, double* out) {
+  constexpr int kColumns = Matrix::ColsAtCompileTime;
+  const int size = static_cast<int>(D.rows()), columns = static_cast<int>(D.cols());
+  Eigen::Matrix<double, 1, kColumns> row(columns);
+  for (int c = 0; c < size; ++c) {
+    row = D.row(c);
+    const double* a = A;
+    for (int r = 0; r < m; ++r, a += columns) *out++ += kernels::dot<std::max(kColumns, 0)>(columns, row.data(), a);
   }
 }
 
@@ -55,17 +54,16 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
       least_scale_(least_scale),
       lu_(plans.get(system.pattern(), stabilized() ? Kkt::stabilized : Kkt::newton)) {
   const BlockPattern& pattern = system.pattern();
-  for (int c = 0; c < pattern.constraint_count(); ++c) {
-    equations_.push_back(
-        {system.lambda_index(c), pattern.constraint_sizes[c], lu_->offset(pattern.constraint_node(c))});
-  }
   for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
-    const auto& [first, count, unknown] = equations_[constraint];
-    const int node = pattern.constraint_node(constraint), columns = stabilized() ? 2 * count : count;
-    const int block = lu_->handle(node, node), below = block + (stabilized() ? count * columns : 0);
-    const int diagonal = row * columns + row;
-    soft_.push_back({first + row, force, motion, unknown + row, unknown + row + (stabilized() ? count : 0),
-                     block + diagonal, below + diagonal + (stabilized() ? count : 0), below + diagonal});
+    const int lambda = pattern.lambda_node(constraint), diagonal = row * (pattern.constraint_sizes[constraint] + 1);
+    SoftEquation soft{system.lambda_index(constraint) + row,  force, motion,
+                      lu_->handle(lambda, lambda) + diagonal, 0,     0};
+    if (stabilized()) {
+      const int mu = pattern.mu_node(constraint);
+      soft.diagonal_mu = lu_->handle(mu, mu) + diagonal;
+      soft.below = lu_->handle(mu, lambda) + diagonal;
+    }
+    soft_.push_back(soft);
   }
   for (const auto& pair : pattern.pairs) pairs_.push_back(lu_->handle(pair.row, pair.column));
   const int last = pattern.inertia_pairs;
@@ -81,8 +79,14 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
   }
   for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
     const auto& [constraint, unknown, offset] = pattern.incidences[k];
-    const int node = pattern.constraint_node(constraint);
-    incidences_.push_back({lu_->handle(unknown, node), lu_->handle(node, unknown), own[unknown]});
+    const int lambda = pattern.lambda_node(constraint);
+    Incident incident{lu_->handle(unknown, lambda), lu_->handle(lambda, unknown), 0, 0, own[unknown]};
+    if (stabilized()) {
+      const int mu = pattern.mu_node(constraint);
+      incident.column_mu = lu_->handle(unknown, mu);
+      incident.row_mu = lu_->handle(mu, unknown);
+    }
+    incidences_.push_back(incident);
     met[unknown].push_back(static_cast<int>(k));
   }
   if (stabilized()) {
@@ -90,11 +94,11 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
       for (int a : incidences) {
         for (int b : incidences) {
           const int row = pattern.incidences[a].constraint, column = pattern.incidences[b].constraint;
-          shared_.push_back({a, b, lu_->handle(pattern.constraint_node(row), pattern.constraint_node(column))});
+          shared_.push_back({a, b, lu_->handle(pattern.mu_node(row), pattern.mu_node(column))});
         }
         const auto& [constraint, unknown, offset] = pattern.incidences[a];
         for (int p : mixed[unknown]) {
-          mixed_.push_back({a, p, lu_->handle(pattern.pairs[p].row, pattern.constraint_node(constraint))});
+          mixed_.push_back({a, p, lu_->handle(pattern.pairs[p].row, pattern.mu_node(constraint))});
         }
       }
     }
@@ -123,15 +127,14 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
   }
   for (const auto& [incidence, p, column] : mixed_) {
     const auto& [constraint, unknown, offset] = pattern.incidences[incidence];
-    const int m = pattern.constraint_sizes[constraint];
-    write_product<true>(pair_block(pattern, pattern.pairs[p], std::as_const(S_)), m, start.B.data() + offset, 2 * m,
-                        f.values.data() + column + m);
+    add_product_transposed(pair_block(pattern, pattern.pairs[p], std::as_const(S_)),
+                           pattern.constraint_sizes[constraint], start.B.data() + offset, f.values.data() + column);
   }
   for (const auto& [a, b, block] : shared_) {
     if (pose(pattern.incidences[a])) {
       add_shared<N, kVelocitiesPerBody>(a, b, e, start, tangents, f.values.data() + block);
     } else {
-      add_shared<N, Dynamic>(a, b, e, start, tangents, f.values.data() + block);
+      add_shared<N, 0>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
   if (soft()) add_compliance(step, f);
@@ -194,18 +197,19 @@ template <int N, int Size>
 void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation& start, const StepScales& step,
                                    const BodyTangents& tangents, Factorization& f) {
   const auto& [constraint, unknown, offset] = system_.pattern().incidences[k];
-  const int m = system_.pattern().constraint_sizes[constraint], columns = stabilized() ? 2 * m : m;
+  const int m = system_.pattern().constraint_sizes[constraint];
   const int size = Size == Dynamic ? system_.pattern().unknowns[unknown].size : Size, values = m * size;
   const double *B = e.B.data() + offset, *Z = e.Z.data() + offset;
-  double* column = f.values.data() + incidences_[k].column;
-  double* row = f.values.data() + incidences_[k].row;
+  const Incident& at = incidences_[k];
+  double* column = f.values.data() + at.column;
   for (int r = 0; r < m; ++r) {
-    for (int c = 0; c < size; ++c) column[c * columns + r] = B[r * size + c];
+    for (int c = 0; c < size; ++c) column[c * m + r] = B[r * size + c];
   }
-  if (formulation_ != Formulation::index2) row = std::copy_n(B, values, row);
+  if (formulation_ != Formulation::index2) std::copy_n(B, values, f.values.data() + at.row);
   if (formulation_ == Formulation::index3) return;
 
   const double inverse_gamma_prime = 1 / step.gamma_prime;
+  double* row = f.values.data() + (stabilized() ? at.row_mu : at.row);
   for (int i = 0; i < values; ++i) row[i] = inverse_gamma_prime * Z[i];
   if constexpr (Size == Dynamic) {
     if (!stabilized()) {
@@ -220,11 +224,13 @@ void NewtonMatrix::write_incidence(int k, const Evaluation& e, const Evaluation&
     add_product<N>(m, B, last<N>(tangents.U[unknown]) - Block<N>::Identity(), row);
   }
   if (!stabilized()) return;
-  const ConstPairBlock<Size, Size> D(S_.data() + incidences_[k].inertia, size, size);
-  write_product<false>(D, m, start.B.data() + offset, columns, column + m);
+  double* column_mu = f.values.data() + at.column_mu;
+  std::fill_n(column_mu, values, 0.0);
+  const ConstPairBlock<Size, Size> D(S_.data() + at.inertia, size, size);
+  add_product_transposed(D, m, start.B.data() + offset, column_mu);
 }
 
-// B P^-1 B_n^T of two incidences with the same unknown, lower right corner.
+// B P^-1 B_n^T of two incidences with the same unknown; Size: velocities of the unknown, 0: any.
 template <int N, int Size>
 void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
                               double* block) {
@@ -232,7 +238,7 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
   const int unknown = pattern.incidences[a].unknown;
   const int rows = pattern.constraint_sizes[pattern.incidences[a].constraint];
   const int columns = pattern.constraint_sizes[pattern.incidences[b].constraint];
-  const int size = Size == Dynamic ? pattern.unknowns[unknown].size : Size;
+  const int size = Size == 0 ? pattern.unknowns[unknown].size : Size;
   const double *B = e.B.data() + pattern.incidences[a].offset, *Bn = start.B.data() + pattern.incidences[b].offset;
   Eigen::Matrix<double, Dynamic, kVelocitiesPerBody, Eigen::RowMajor, 6, kVelocitiesPerBody> BP;
   if constexpr (Size == kVelocitiesPerBody) {
@@ -242,28 +248,20 @@ void NewtonMatrix::add_shared(int a, int b, const Evaluation& e, const Evaluatio
       B = BP.data();
     }
   }
-  double* out = block + rows * 2 * columns + columns;
-  for (int r = 0; r < rows; ++r, out += 2 * columns, B += size) {
+  for (int r = 0; r < rows; ++r, B += size) {
     const double* x = Bn;
-    for (int c = 0; c < columns; ++c, x += size) {
-      double sum = B[0] * x[0];
-      for (int i = 1; i < size; ++i) sum += B[i] * x[i];
-      out[c] += sum;
-    }
+    for (int c = 0; c < columns; ++c, x += size) *block++ += kernels::dot<Size>(size, B, x);
   }
 }
 
 void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const StepScales& step, VectorXd& x) const {
   for (int i = 0; i < system_.velocity_size(); ++i) x[i] = -step.scale * r[i];
   const bool velocities = formulation_ == Formulation::index2, both = stabilized();
-  for (const auto& [first, count, unknown] : equations_) {
-    const double *phi = e.phi.data() + first, *phidot = e.phidot.data() + first;
-    double *upper = x.data() + unknown, *lower = upper + count;
-    for (int k = 0; k < count; ++k) {
-      const double rate = phidot[k] / step.gamma_prime;
-      upper[k] = velocities ? -rate : -phi[k];
-      if (both) lower[k] = phi[k] - rate;
-    }
+  double *lambda = x.data() + first_lambda(), *mu = x.data() + first_mu();
+  for (int k = 0; k < system_.constraint_size(); ++k) {
+    const double rate = e.phidot[k] / step.gamma_prime;
+    lambda[k] = velocities ? -rate : -e.phi[k];
+    if (both) mu[k] = e.phi[k] - rate;
   }
 }
 
@@ -272,18 +270,15 @@ void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, co
   const double factor = softening(step);
   for (const SoftEquation& soft : soft_) {
     const double yielding = factor * soft.force * step.scale * lambda[soft.index];
-    x[soft.unknown] += yielding;
-    if (stabilized()) x[soft.unknown_mu] -= yielding + soft.motion * mu[soft.index];
+    x[first_lambda() + soft.index] += yielding;
+    if (stabilized()) x[first_mu() + soft.index] -= yielding + soft.motion * mu[soft.index];
   }
 }
 
 void NewtonMatrix::add_multipliers(const VectorXd& x, const StepScales& step, VectorXd& lambda, VectorXd& mu) const {
-  for (const auto& [first, count, unknown] : equations_) {
-    for (int k = 0; k < count; ++k) {
-      lambda[first + k] += x[unknown + k] / step.scale;
-      if (stabilized()) mu[first + k] += x[unknown + count + k];
-    }
-  }
+  const Eigen::Index count = system_.constraint_size();
+  lambda += x.segment(first_lambda(), count) / step.scale;
+  if (stabilized()) mu += x.segment(first_mu(), count);
 }
 
 }  // namespace sigmafmu

@@ -55,7 +55,7 @@ class NewtonMatrix {
   // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
   [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                                const BodyTangents& tangents, Factorization& f);
-  // Offsets into the vector of unknowns. It begins with the motion increments, laid out as v.
+  // Unknowns: motion increments, laid out as v, then those of lambda, then those of mu.
   int size() const { return lu_->size(); }
   void solve(const Factorization& f, VectorXd& x) const { lu_->solve(f, x.data()); }
   // The right side of an iteration with residual r; if some constraints are soft, what lambda and mu add to it.
@@ -84,14 +84,18 @@ class NewtonMatrix {
   double softening(const StepScales& step) const { return std::max(1.0, least_scale_ / step.scale); }
 
   bool stabilized() const { return formulation_ == Formulation::stabilized_index2; }
+  // In the vector of unknowns.
+  int first_lambda() const { return system_.velocity_size(); }
+  int first_mu() const { return system_.velocity_size() + system_.constraint_size(); }
   bool pose(const BlockPattern::Incidence& incidence) const {
     return system_.pattern().unknowns[incidence.unknown].pose;
   }
 
-  // Where blocks are in a Factorization: of each pair; of the columns and rows of each incidence; of two incidences
-  // with the same unknown, and of what an incidence adds to the columns of another unknown of the same body.
+  // Where blocks are in a Factorization: of each pair; of the columns and rows of each incidence, for lambda and for
+  // mu; of two incidences with the same unknown, and of what an incidence adds to the columns of another unknown of the
+  // same body.
   struct Incident {
-    int column, row;
+    int column, row, column_mu, row_mu;
     int inertia;  // offset of the unknown's block of M in S_
   };
   struct Shared {
@@ -100,23 +104,17 @@ class NewtonMatrix {
   struct Mixed {
     int incidence, pair, column;
   };
-  // The equations of a constraint: in lambda, how many, in the vector of unknowns (lambda, then mu).
-  struct Equations {
-    int first, count, unknown;
-  };
-  // An equation with compliance: its index in lambda, what its multipliers add to it, and where it is in the vector of
-  // unknowns and in a Factorization; of mu: in the stabilized form.
+  // An equation with compliance: its index in lambda, what its multipliers add to it, and where it is in a
+  // Factorization.
   struct SoftEquation {
     int index;
     double force, motion;
-    int unknown, unknown_mu;
     int diagonal, diagonal_mu, below;  // (lambda, lambda), (mu, mu), (mu, lambda)
   };
   const System& system_;
   Formulation formulation_;
   double least_scale_;
   std::shared_ptr<const BlockLU> lu_;
-  std::vector<Equations> equations_;
   std::vector<SoftEquation> soft_;
   std::vector<int> pairs_;
   std::vector<Incident> incidences_;

@@ -209,6 +209,10 @@ std::string list(const MultibodyDef& definition, const std::vector<int>& joints)
   return text;
 }
 
+int independent_equations(const Place& at, const Part& part) {
+  return RowSpace(scaled_equations(at, part).B_transposed, kDependent).rank();
+}
+
 Freedom freedom_of(const Place& at, const Part& part) {
   const System& system = at.system;
   const int joints = static_cast<int>(part.joints.size());
@@ -355,7 +359,7 @@ bool dependent_everywhere(const System& system, const VectorXd& q, const Depende
     reached = true;
     const Place there(system, near);
     for (std::size_t k = 0; k < dependent.parts.size(); ++k) {
-      if (freedom_of(there, dependent.parts[k]).independent > dependent.independent[k]) return false;
+      if (independent_equations(there, dependent.parts[k]) > dependent.independent[k]) return false;
     }
   }
   if (reached || dependent.parts.size() == 1) return true;

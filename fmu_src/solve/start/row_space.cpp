@@ -5,12 +5,14 @@
 #include <functional>
 #include <limits>
 #include <queue>
+#include <utility>
 
 namespace sigmafmu {
 
 using Eigen::VectorXd;
 
-RowSpace::RowSpace(const Eigen::SparseMatrix<double>& transposed, double zero) : columns_(transposed.rows()) {
+RowSpace::RowSpace(const Eigen::SparseMatrix<double>& transposed, double zero)
+    : columns_(transposed.rows()), zero_(zero) {
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();  // what is left where parts cancel
   std::vector<double> x(columns_, 0.0);
   std::vector<int> support, pivot(columns_, -1);  // pivot: the reflection whose first column it is
@@ -39,7 +41,7 @@ RowSpace::RowSpace(const Eigen::SparseMatrix<double>& transposed, double zero) :
       waiting.pop();
       const Reflection& H = reflections_[k];
       const double along = H.along(x);
-      if (along == 0) continue;
+      if (std::abs(along) * H.length < kRounding) continue;  // else rounding would spread over all rows
       for (std::size_t i = 0; i < H.columns.size(); ++i) {
         x[H.columns[i]] -= along * H.v[i];
         reach(H.columns[i], k);
@@ -74,6 +76,7 @@ RowSpace::RowSpace(const Eigen::SparseMatrix<double>& transposed, double zero) :
     const double diagonal = std::copysign(part, -H.v[0]);
     H.v[0] -= diagonal;
     H.scale = 1 / (part * std::abs(H.v[0]));
+    H.length = std::sqrt(2 / H.scale);
     const int k = rank();
     entries.emplace_back(k, diagonal);
     pivot[H.columns[0]] = k;
@@ -82,25 +85,33 @@ RowSpace::RowSpace(const Eigen::SparseMatrix<double>& transposed, double zero) :
     reflections_.push_back(std::move(H));
     queued.push_back(-1);
   }
+}
 
-  // What dependent rows are in the reflected directions, as shares of independent rows.
+std::vector<RowSpace::Dependence> RowSpace::dependences() const {
+  std::vector<Dependence> result = dependences_;
   VectorXd rest = VectorXd::Zero(rank());
-  for (Dependence& dependence : dependences_) {
-    int last = -1;
-    for (const auto& [k, value] : dependence.weights) {
-      rest[k] = value;
-      last = std::max(last, k);
-    }
+  std::priority_queue<int> left;
+  std::vector<char> is_left(rank(), 0);
+  const auto add = [&](int k, double value) {
+    rest[k] += value;
+    if (is_left[k] == 0) left.push(k);
+    is_left[k] = 1;
+  };
+  for (Dependence& dependence : result) {
+    for (const auto& [k, value] : dependence.weights) add(k, value);
     dependence.weights.clear();
-    for (int k = last; k >= 0; --k) {
-      if (rest[k] == 0) continue;
+    while (!left.empty()) {
+      const int k = left.top();
+      left.pop();
+      is_left[k] = 0;
       const auto& [row, entries] = independent_[k];
-      const double share = rest[k] / entries.back().second;
-      for (const auto& [i, value] : entries) rest[i] -= share * value;
-      rest[k] = 0;
+      const double share = std::exchange(rest[k], 0.0) / entries.back().second;
+      if (std::abs(share) < zero_) continue;
+      for (std::size_t i = 0; i + 1 < entries.size(); ++i) add(entries[i].first, -share * entries[i].second);
       dependence.weights.emplace_back(row, share);
     }
   }
+  return result;
 }
 
 VectorXd RowSpace::solve(const VectorXd& r) const {

@@ -24,9 +24,10 @@ class RowSpace {
   struct Dependence {
     int row;
     double part;
-    std::vector<std::pair<int, double>> weights;  // rows before it and their shares in it
+    std::vector<std::pair<int, double>> weights;  // rows before it and their shares in it, if not below `zero`
   };
-  const std::vector<Dependence>& dependences() const { return dependences_; }
+  // Dependences may reach over all rows: to find the shares takes longer than all else.
+  std::vector<Dependence> dependences() const;
   // Of the rows that do not follow from others.
   Eigen::VectorXd solve(const Eigen::VectorXd& r) const;
 
@@ -35,7 +36,7 @@ class RowSpace {
   struct Reflection {
     std::vector<int> columns;
     std::vector<double> v;
-    double scale = 0;  // 2 / |v|^2
+    double length = 0, scale = 0;  // |v| and 2 / |v|^2
     template <typename Vector>
     double along(const Vector& x) const {
       double sum = 0;
@@ -49,10 +50,10 @@ class RowSpace {
     std::vector<std::pair<int, double>> entries;
   };
   Eigen::Index columns_;
-  double smallest_part_ = 1;
+  double zero_, smallest_part_ = 1;
   std::vector<Reflection> reflections_;  // of each independent row
   std::vector<Independent> independent_;
-  std::vector<Dependence> dependences_;
+  std::vector<Dependence> dependences_;  // with the rows in terms of reflected directions for weights
 };
 
 }  // namespace sigmafmu

@@ -67,10 +67,9 @@ def newton_matrices(mechanism: _core.Mechanism) -> dict[str, Equations]:
     M, C, K, B, Z = (sparse.csc_matrix(entries, shape) for entries, shape in parts)
     S, zero, bodies = M + H * C, sparse.csc_matrix((B.shape[0], B.shape[0])), len(multibody.bodies)
     D = S.multiply(sparse.kron(sparse.eye(bodies), np.ones((6, 6)))).tocsc()
-    order = _beside(system, multibody)
     index3 = sparse.bmat([[S + H**2 * K, B.T], [B, None]], format="csc")
     both = [[S + H**2 * K, B.T, D @ B.T], [B, zero, zero], [H * Z, zero, B @ B.T]]
-    stabilized = sparse.bmat(both, format="csc")[:, order][order, :]
+    stabilized = sparse.bmat(both, format="csc")
     result = {}
     for name, A in (("index3", index3), ("stabilizedIndex2", stabilized)):
         A.sort_indices()
@@ -98,24 +97,6 @@ def tilted(multibody: _core.Multibody) -> _core.Multibody:
         result.add(_core.Joint(joint.name, joint.type, *sides))
     return result
 
-
-def _beside(system: _core.System, multibody: _core.Multibody) -> np.ndarray:
-    """Where motion, λ and μ of each joint are among motion, λ and μ."""
-    n, total = system.velocity_size, system.constraint_size
-    order, at = [*range(n)], 0
-    for joint in multibody.joints:
-        count = SIZES[joint.type]
-        order += [n + at + i for i in range(count)] + [n + total + at + i for i in range(count)]
-        at += count
-    return np.array(order)
-
-
-SIZES = {
-    _core.JointType.spherical: 3,
-    _core.JointType.revolute: 5,
-    _core.JointType.cylindrical: 4,
-}
-"""Equations of a joint."""
 
 Timed = tuple[np.ndarray, float]
 """Solution, and seconds of a factorization and a solution."""
