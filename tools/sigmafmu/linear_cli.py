@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sigmafmu import SigmafmuError
-from sigmafmu.console import err, out, progress_bar, split_setting
+from sigmafmu.console import ModelName, err, out, progress_bar, split_setting
 
 if TYPE_CHECKING:
     from sigmafmu.linear import LinearModel, OperatingPoint
 
 Frame = Enum("Frame", {name: name for name in ("world", "body")}, type=str)
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]
 At = Annotated[float, typer.Option(metavar="TIME", help="Time of the motion in s.")]
 Settings = Annotated[
     list[str] | None,
@@ -42,7 +41,7 @@ def register(app: typer.Typer) -> None:
 
 
 def linearize(
-    model: Model,
+    model: ModelName,
     at: At = 0.0,
     settings: Settings = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", help="An input or a vector (default: all).")] = None,
@@ -79,7 +78,7 @@ def linearize(
 
 
 def trim(
-    model: Model,
+    model: ModelName,
     at: At = 0.0,
     settings: Settings = None,
     free: Free = None,
@@ -113,7 +112,7 @@ def _moving(model: str, at: float, settings: list[str] | None) -> "OperatingPoin
     from sigmafmu.linear import operating_point
 
     with progress_bar(err, model, at) as move_to:
-        return operating_point(model, at, settings=dict(map(split_setting, settings or [])), on_time=move_to)
+        return operating_point(model, at, parameters=dict(map(split_setting, settings or [])), on_time=move_to)
 
 
 def _point(
@@ -124,7 +123,7 @@ def _point(
     return search(
         model,
         at,
-        settings=dict(map(split_setting, settings or [])),
+        parameters=dict(map(split_setting, settings or [])),
         inputs=free or (),
         hold=dict(map(_held, hold or [])),
     )
