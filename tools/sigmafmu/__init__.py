@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sigmafmu.instance import SimulationError as SimulationError
     from sigmafmu.instance import State as State
     from sigmafmu.linear import Campbell as Campbell
+    from sigmafmu.linear import CriticalSpeed as CriticalSpeed
     from sigmafmu.linear import LinearModel as LinearModel
     from sigmafmu.linear import OperatingPoint as OperatingPoint
     from sigmafmu.linear import linearize as linearize
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "Campbell": "sigmafmu.linear",
+    "CriticalSpeed": "sigmafmu.linear",
     "Instance": "sigmafmu.instance",
     "LinearModel": "sigmafmu.linear",
     "LogMessage": "sigmafmu.fmu",

@@ -7,9 +7,9 @@ from sigmafmu import SigmafmuError
 
 EXTRAS = {
     "control": "linear",
+    "fastparquet": "data",
     "lxml": "loop",
     "pandas": "data",
-    "pyarrow": "data",
     "pythonfmu": "loop",
     "scipy": "loop",
     "xarray": "data",

@@ -192,7 +192,8 @@ class Model:
         """Frequencies of a rotor over its speed, and critical speeds.
 
         `rate` is the rate of a coordinate that spins, such as `shaft.angularRate` or `rotor.angularVelocityW[1]`;
-        `speeds` are its values [rad/s], two or more that increase. Raises SigmafmuError where there is no steady motion.
+        `speeds` are its values [rad/s], two or more that increase. Raises SigmafmuError where there is no steady
+        motion.
         """
         from sigmafmu.linear.campbell import campbell
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -150,21 +151,11 @@ class Result:
     def to_parquet(self, path: Path | str) -> None:
         """Write a Parquet file with a column for `time` and each scalar; SigmafmuError if that fails.
 
-        Each column's metadata have its `unit`.
+        Its metadata have the `model` and the `units` as a JSON object.
         """
-        arrow = extras.need("pyarrow")
-        parquet = extras.need("pyarrow.parquet")
-        columns = {"time": self.time, **dict(zip(self.names, self.values.T, strict=True))}
-        fields = [
-            arrow.field(name, arrow.float64(), metadata={"unit": "s" if name == "time" else self.units.get(name, "")})
-            for name in columns
-        ]
-        table = arrow.table(
-            [np.ascontiguousarray(column) for column in columns.values()],
-            schema=arrow.schema(fields, metadata={"model": self.model}),
-        )
+        told = {"model": self.model, "units": json.dumps({"time": "s", **self.units})}
         try:
-            parquet.write_table(table, path)
+            extras.need("fastparquet").write(str(path), self.to_pandas().reset_index(), custom_metadata=told)
         except OSError as error:
             raise SigmafmuError(f"cannot write {path}: {error.strerror or error}") from error
 

@@ -12,7 +12,7 @@ from sigmafmu.fmu import Fmu
 from sigmafmu.variables import SettingValue, choose_one, parse_settings
 
 Signal = SettingValue | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike]
-"""A constant, a table (times [s], values) or a function of time [s]; a vector's values have a column for each element."""
+"""A constant, a table (times [s], values) or a function of time [s]; a vector's table has a column for each element."""
 
 _AtTime = Callable[[float], ArrayLike]
 
