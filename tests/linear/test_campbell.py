@@ -22,7 +22,12 @@ bodies:
 joints:
   shaft: {type: revolute, bodies: [housing, rotor], point: [0, 0, 0], axis: [1, 0, 0]}
 forces:
-  mount: {type: bushing, bodies: [ground, housing], point: [0, 0, 0], stiffness: [9e4, 4e4, 4e4], torsional_stiffness: [900, 200, 200]}
+  mount:
+    type: bushing
+    bodies: [ground, housing]
+    point: [0, 0, 0]
+    stiffness: [9e4, 4e4, 4e4]
+    torsional_stiffness: [900, 200, 200]
 """
 
 

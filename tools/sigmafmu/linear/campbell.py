@@ -1,8 +1,8 @@
 """Frequencies of a rotor over its speed, seen from W: Campbell diagrams and critical speeds.
 
-At each speed Ω the steady motion with this rate is searched, and the mechanism is linearised about it in axes of W. That
-is a constant model if the rotor is symmetric about its axis, which is tested. Poles are followed from speed to speed by
-their modes. A critical speed is one where a mode whirls once in a turn, Im λ = Ω: what an unbalance excites.
+At each speed Ω the steady motion with this rate is searched, and the mechanism is linearised about it in axes of W.
+That model is constant if the rotor is symmetric about its axis, which is tested. Poles are followed from speed to
+speed by their modes. A critical speed is one where a mode whirls once in a turn, Im λ = Ω: what an unbalance excites.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from sigmafmu.model import Model
 
 PART_OF_A_TURN = 1 / 7
-"""After which the model of a symmetric rotor has the same poles."""
+"""After which the model of a symmetric rotor is the same."""
 SAME = 1e-5
-"""Relative difference of poles that are the same; a double zero is split by rounding to about a thousandth of it."""
+"""Difference of the rows of A, relative to their largest entries, that comes from the integration."""
 PLANE = 0.1
 """Modes whose path is flatter than this (1: a circle) whirl in no direction."""
 SPINS = 1e-6
@@ -183,13 +183,13 @@ class _Rotor:
         later = operating_point(
             self._model, PART_OF_A_TURN * 2 * np.pi / speed, parameters=self._parameters | point.start_values()
         )
-        now, then = (self._modes_at(p, speed).poles for p in (point, later))
-        largest = np.abs(now).max()
-        apart = max(np.abs(now - pole).min() for pole in then)
-        if apart > SAME * largest:
+        now, then = (Linearization(p, "world", self._coordinates).model([], []) for p in (point, later))
+        apart = np.abs(then.A - now.A) / np.maximum(np.abs(now.A).max(axis=1, keepdims=True), 1.0)
+        if apart.max() > SAME:
+            row = now.derivatives[int(apart.max(axis=1).argmax())]
             raise SigmafmuError(
-                f"{self._model.name} is not symmetric about the axis of {self._rate}: its poles change by "
-                f"{apart:.3g} 1/s within a turn, and a Campbell diagram does not tell its motion"
+                f"{self._model.name} is not symmetric about the axis of {self._rate}: {row} follows another law after "
+                "a part of a turn, and a Campbell diagram does not tell such motions"
             )
 
 

@@ -24,7 +24,7 @@ class OperatingPoint:
     u: np.ndarray
     turned: np.ndarray  # coordinates of joints: angles with their turns [rad], displacements [m]
     time: float = 0.0  # s
-    units: Mapping[str, str] = field(default_factory=dict)  # of inputs and outputs
+    units: Mapping[str, str] = field(default_factory=dict)  # of the FMU's variables
     parameters: Mapping[str, Value] = field(default_factory=dict)  # those that were set
 
     @property
@@ -55,7 +55,22 @@ class OperatingPoint:
                 modes = slice(first, first + system.modes(i))
                 add(f"{body.name}.initialModal", modal_q[modes])
                 add(f"{body.name}.initialModalRate", modal_v[modes])
-        return values | self.inputs
+        return values | self._initial_coordinates(system) | self.inputs
+
+    def _initial_coordinates(self, system: "_core.System") -> dict[str, float]:
+        """Those of joints, as far as the FMU has them: a body's zero counts as not set, and would give way."""
+        _, joints = system.kinds_of_coordinates()
+        values = {}
+        for words, numbers in (
+            (("initialAngle", "initialDisplacement"), self.turned),
+            (("initialAngularRate", "initialRate"), system.coordinates(self.q, self.v)[1]),
+        ):
+            for i, (j, number) in enumerate(zip(joints, numbers, strict=True)):
+                joint = self.mechanism.multibody.joints[j]
+                name = f"{joint.name}.{joint.word(i - list(joints).index(j), *words)}"
+                if name in self.units:
+                    values[name] = float(number)
+        return values
 
 
 def operating_point(
