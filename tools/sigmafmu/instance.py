@@ -1,11 +1,11 @@
 """A live instance of a model: set, step, get, save and restore, and runs that record."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -128,10 +128,10 @@ class Instance:
                 setters[variable.type]([variable.valueReference], [number])
 
     @overload
-    def get(self, name: str, /) -> "float | np.ndarray": ...
+    def get(self, name: str, /) -> Any: ...
     @overload
-    def get(self, names: Sequence[str], /) -> np.ndarray: ...
-    def get(self, name: str | Sequence[str], /) -> "float | np.ndarray":
+    def get(self, names: list[str] | tuple[str, ...], /) -> np.ndarray: ...
+    def get(self, name: str | list[str] | tuple[str, ...], /) -> Any:
         """Present value of the scalar `name` in its SI unit, or (k,) array of the vector `name[1..k]`.
 
         Of several names: an array of all their scalars, one after the other. An enumeration is the number of its item.
