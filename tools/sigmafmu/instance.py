@@ -96,7 +96,7 @@ class Instance:
     @contextmanager
     def calls(self, what: str = "refuses") -> Iterator[None]:
         """Around calls of `slave`: if one fails, SimulationError tells why, as “<model> <what>: <reason>”."""
-        self._complaints.clear()
+        self._begin()
         try:
             yield
         except FMICallException as error:
@@ -162,7 +162,7 @@ class Instance:
         If that fails, `time` is what the model has reached.
         """
         self.start()
-        self._complaints.clear()
+        self._begin()
         try:
             self.slave.doStep(self.time, H)
         except FMICallException as error:
@@ -226,7 +226,7 @@ class Instance:
             recorder.record(self.time)
 
         begin, wall_time, failure = self.time, 0.0, None
-        self._complaints.clear()
+        self._begin()
         try:
             for start, size in steps:
                 signals.set_step(self.slave, start, size)
@@ -260,6 +260,12 @@ class Instance:
             self._complaints.append(message)
         if self._on_message:
             self._on_message(message)
+
+    def _begin(self) -> None:
+        """Before calls whose complaints belong together."""
+        if self.slave.component is None:
+            raise SigmafmuError(f"this instance of {self._fmu.name} is closed; make another")
+        self._complaints.clear()
 
     def _stopped(self, error: FMICallException) -> str:
         """What to say of a step that failed; the time becomes what was reached."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sigmafmu import SigmafmuError, fmu_path
 from sigmafmu.fmu import Fmu, MessageHandler
 from sigmafmu.instance import Instance
+from sigmafmu.mechanism_file import ENDINGS
 from sigmafmu.recorder import TakeRows
 from sigmafmu.result import Result
 from sigmafmu.signals import Signal
@@ -19,8 +20,6 @@ from sigmafmu.variables import SettingValue, Variable
 if TYPE_CHECKING:
     from sigmafmu.linear import Campbell, LinearModel, OperatingPoint
 
-MECHANISM_FILES = (".yaml", ".yml", ".json")
-
 
 def load(target: str | Path) -> Model:
     """A model by its name (see `sigmafmu.models()`), from a mechanism file (.yaml, .yml, .json) or from an FMU (.fmu).
@@ -28,7 +27,7 @@ def load(target: str | Path) -> Model:
     Raises SigmafmuError if there is none; for a mechanism file with mistakes, MechanismFileError with a line for each.
     """
     name = str(target)
-    if name.endswith(MECHANISM_FILES):
+    if name.endswith(ENDINGS):
         return Model(_of_mechanism_file(Path(name)))
     return Model(Fmu.of_file(name) if name.endswith(".fmu") else Fmu(fmu_path(name)))
 
@@ -57,6 +56,9 @@ class Model:
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: {len(self.inputs)} inputs, {len(self.outputs)} outputs>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return load, (str(self.fmu.path.resolve()),)  # another process reads the same file
 
     @property
     def name(self) -> str:

@@ -13,6 +13,7 @@ from sigmafmu import SigmafmuError, extras
 
 if TYPE_CHECKING:
     import control
+    from matplotlib.figure import Figure
 
 STEADY = 1e-6
 """State derivatives [SI units] below this belong to an equilibrium."""
@@ -110,17 +111,20 @@ class LinearModel:
             name=self.name,
         )
 
-    def bode(self, path: Path | str) -> None:
-        """Draw magnitude and phase of the outputs over the frequency of the inputs."""
+    def bode(self, path: Path | str | None = None) -> "Figure":
+        """A matplotlib figure of magnitude and phase of outputs over the frequency of inputs; saved at `path`.
+
+        At most 4 inputs and 6 outputs have room in it; SigmafmuError for more.
+        """
         from sigmafmu.linear.figures import bode
 
-        bode(self, path)
+        return bode(self, path)
 
-    def pole_map(self, path: Path | str) -> None:
-        """Draw the poles in the complex plane."""
+    def pole_map(self, path: Path | str | None = None) -> "Figure":
+        """A matplotlib figure of the poles in the complex plane; saved at `path`."""
         from sigmafmu.linear.figures import pole_map
 
-        pole_map(self, path)
+        return pole_map(self, path)
 
     def save(self, path: Path | str) -> None:
         """Write the model as `.npz`, `.mat` or `.json`."""
