@@ -50,7 +50,7 @@ class Statistics:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Values of the recorded variables at the communication points.
 
@@ -68,6 +68,10 @@ class Result:
     statistics: Statistics
     units: dict[str, str] = field(default_factory=dict)
     """By the name of the scalar, as FMI writes them, such as `rad/s`; `1` or empty if there is none."""
+
+    def __repr__(self) -> str:
+        span = f"{self.time[0]:g} … {self.time[-1]:g} s" if len(self.time) else "empty"
+        return f"<Result of {self.model}: {len(self.time)} rows of {len(self.names)} variables, {span}>"
 
     def __contains__(self, name: str) -> bool:
         return name in self.names
@@ -93,7 +97,7 @@ class Result:
     def plot(self, path: Path | str | None = None, names: Iterable[str] = (), *, phase: bool = False) -> Figure:
         """A matplotlib figure: what matters of the model, or the named scalars, vectors or patterns; saved at `path`.
 
-        With `phase` each coordinate is drawn over time's place: its rate over itself, for those of joints or `names`.
+        With `phase` rates are drawn over their coordinates: those of joints, or of positions if there are none.
         Raises NotRecordedError for a name that is not there, SigmafmuError if the file cannot be written.
         """
         from sigmafmu import plots

@@ -19,7 +19,7 @@ STEADY = 1e-6
 """State derivatives [SI units] below this belong to an equilibrium."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LinearModel:
     """x' = A x + B u, y = C x + D u for deviations x, u, y from the point x0, u0, y0 or from the motion through it.
 
@@ -46,6 +46,10 @@ class LinearModel:
     sample_time: float = 0.0  # T [s]; 0: continuous time
     start_values: Mapping[str, float | int] = field(default_factory=dict)
     """Settings, initial values and inputs that start the FMU at the point."""
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<LinearModel of {self.title}: {sizes}>"
 
     @property
     def title(self) -> str:
