@@ -23,7 +23,8 @@ STEADY = 1e-6
 class LinearModel:
     """x' = A x + B u, y = C x + D u for deviations x, u, y from the point x0, u0, y0 or from the motion through it.
 
-    With a sample time it is x(t + T) = A x(t) + B u(t), where u holds over T.
+    With a sample time it is x(t + T) = A x(t) + B u(t), where u holds over T. For n states, m inputs and p outputs A is
+    (n, n), B (n, m), C (p, n) and D (p, m), in SI units; x is n/2 coordinates, then their rates.
     """
 
     A: np.ndarray
