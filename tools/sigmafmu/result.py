@@ -74,7 +74,7 @@ class Result:
         return f"<Result of {self.model}: {len(self.time)} rows of {len(self.names)} variables, {span}>"
 
     def __contains__(self, name: str) -> bool:
-        return name in self.names
+        return name in self.names or name in vectors(self.names)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Column of the scalar `name`, or (n, k) array of the vector `name[1..k]`."""
@@ -102,7 +102,8 @@ class Result:
         """
         from sigmafmu import plots
 
-        chosen = self.only(names) if (names := tuple(names)) else self
+        names = (names,) if isinstance(names, str) else tuple(names)
+        chosen = self.only(names) if names else self
         figure = plots.phase_portraits(chosen) if phase else plots.figure(chosen, named=bool(names))
         if path is not None:
             plots.save(figure, path)
