@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sigmafmu import SigmafmuError, fmu_path
 from sigmafmu.fmu import Fmu, MessageHandler
 from sigmafmu.instance import Instance
-from sigmafmu.mechanism_file import ENDINGS
+from sigmafmu.mechanism_file import MECHANISM_FILES
 from sigmafmu.recorder import TakeRows
 from sigmafmu.result import Result
 from sigmafmu.signals import Signal
@@ -27,12 +27,12 @@ def load(target: str | Path) -> Model:
     Raises SigmafmuError if there is none; for a mechanism file with mistakes, MechanismFileError with a line for each.
     """
     name = str(target)
-    if name.endswith(ENDINGS):
-        return Model(_of_mechanism_file(Path(name)))
+    if name.endswith(MECHANISM_FILES):
+        return Model(fmu_of_mechanism_file(Path(name)))
     return Model(Fmu.of_file(name) if name.endswith(".fmu") else Fmu(fmu_path(name)))
 
 
-def _of_mechanism_file(path: Path) -> Fmu:
+def fmu_of_mechanism_file(path: Path) -> Fmu:
     """A mechanism as an FMU without documentation, which is made in some hundredths of a second."""
     from sigmafmu.mechanism_file.load import folder_of
     from sigmafmu.mechanism_file.load import load as read

@@ -22,7 +22,7 @@ from sigmafmu import SigmafmuError
 from sigmafmu.contents.description import Description
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
-from sigmafmu.mechanism_file import ENDINGS
+from sigmafmu.mechanism_file import MECHANISM_FILES
 
 PACKAGE = Path(__file__).parent
 PARTS = PACKAGE / "slave"
@@ -50,7 +50,7 @@ def build_fmu(
     default: that of `source`. Raises SigmafmuError with one sentence for a mechanism that is wrong, and for files that
     cannot be read or written; for a mechanism file with mistakes a line for each.
     """
-    if isinstance(mechanism, Path) or (isinstance(mechanism, str) and mechanism.endswith(ENDINGS)):
+    if isinstance(mechanism, Path) or (isinstance(mechanism, str) and mechanism.endswith(MECHANISM_FILES)):
         from sigmafmu.mechanism_file.load import folder_of, load
 
         file = load(mechanism)
