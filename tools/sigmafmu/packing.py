@@ -22,6 +22,7 @@ from sigmafmu import SigmafmuError
 from sigmafmu.contents.description import Description
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
+from sigmafmu.mechanism_file import MECHANISM_FILES
 
 PACKAGE = Path(__file__).parent
 PARTS = PACKAGE / "slave"
@@ -35,23 +36,30 @@ NO_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def build_fmu(
-    mechanism: str | dict[str, Any],
-    path: Path | str,
+    mechanism: str | Path | dict[str, Any],
+    path: Path | str | None = None,
     *,
     resources: Path | str | None = None,
     source: Path | str | None = None,
 ) -> Path:
-    """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path.
+    """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path, by default the mechanism's name.
 
-    `mechanism` is the mechanism in JSON, as `mechanism.json` in an FMU has it, or its content; its name is the model
-    identifier. The file `source`, of which the mechanism was made, goes into the FMU's documentation. The folder
-    `resources` has the modal data of flexible bodies; default: that of `source`. Raises SigmafmuError with one sentence
-    for a mechanism that is wrong, and for files that cannot be read or written.
+    `mechanism` is a mechanism file (.yaml, .yml or .json), or the mechanism in JSON, as `mechanism.json` in an FMU has
+    it, or its content; its name is the model identifier. For the latter two, the file `source`, of which the mechanism
+    was made, goes into the FMU's documentation, and the folder `resources` has the modal data of flexible bodies;
+    default: that of `source`. Raises SigmafmuError with one sentence for a mechanism that is wrong, and for files that
+    cannot be read or written; for a mechanism file with mistakes a line for each.
     """
+    if isinstance(mechanism, Path) or (isinstance(mechanism, str) and mechanism.endswith(MECHANISM_FILES)):
+        from sigmafmu.mechanism_file.load import folder_of, load
+
+        file = load(mechanism)
+        with folder_of(file.resources) as data:
+            return build_fmu(file.definition, path, resources=data, source=file.path)
     text = mechanism if isinstance(mechanism, str) else json.dumps(mechanism)
     folder = Path(resources) if resources is not None else Path(source or ".").parent
     description = describe(text, folder)
-    target = Path(path)
+    target = Path(path or f"{description.model}.fmu")
     try:
         with tempfile.TemporaryDirectory(prefix=f"{description.model}-") as name:
             tree = Path(name)
@@ -60,6 +68,13 @@ def build_fmu(
     except OSError as error:
         raise SigmafmuError(f"{error.filename or target}: {error.strerror or error}") from error
     return target
+
+
+def fill_runnable(mechanism: dict[str, Any], resources: Path, tree: Path) -> None:
+    """Write into the folder `tree` what a run on this machine needs of a mechanism's FMU; raises SigmafmuError."""
+    description = describe(json.dumps(mechanism), resources)
+    _fill_binary(tree, description, fmpy.platform)
+    _fill_resources(tree, description, resources, [])
 
 
 def describe(mechanism: str, resources: Path) -> Description:
@@ -93,14 +108,24 @@ def _library() -> ctypes.CDLL:
 
 def _fill(tree: Path, description: Description, resources: Path, source: Path | None) -> None:
     """Writes all that the FMU has into a folder."""
-    for slave in sorted(PARTS.glob("*/slave.*")):
-        (tree / "binaries" / slave.parent.name).mkdir(parents=True)
-        shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
+    _fill_binary(tree, description)
     shutil.copytree(PARTS / "sources", tree / "sources")
     for name in ("CMakeLists.txt", "buildDescription.xml"):
         file = tree / "sources" / name
         _write_text(file, file.read_text(encoding="utf-8").replace(PLACEHOLDER, description.model))
+    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
+    _fill_resources(tree, description, resources, sources)
+    write(description, resources, TEXTS, tree, source=source, ours=False)
 
+
+def _fill_binary(tree: Path, description: Description, platform: str = "*") -> None:
+    for slave in sorted(PARTS.glob(f"{platform}/slave.*")):
+        (tree / "binaries" / slave.parent.name).mkdir(parents=True)
+        shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
+
+
+def _fill_resources(tree: Path, description: Description, resources: Path, sources: list[str]) -> None:
+    """The mechanism, its modal data and the XML; `sources` are named in the latter."""
     files = tree / "resources"
     files.mkdir()
     _write_text(files / MECHANISM, description.mechanism)
@@ -109,8 +134,6 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
             raise SigmafmuError(f"a file of modal data is called {name}, as a file that every FMU has")
         shutil.copyfile(resources / name, files / name)
     made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
-
-    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
     try:
         xml, guid = model_description(description, sources, made_of)
     except ValueError as error:  # lxml's, about control characters
@@ -118,7 +141,6 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     _write_text(tree / "modelDescription.xml", xml)
     identity = {"guid": guid, **description.told["checksums"]}
     _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
-    write(description, resources, TEXTS, tree, source=source, ours=False)
 
 
 def _modal_files(description: Description) -> Iterator[str]:

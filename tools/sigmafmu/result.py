@@ -1,15 +1,23 @@
 """What a simulation gives back: recorded variables over time and the cost of getting them."""
 
+from __future__ import annotations
+
 import csv
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from sigmafmu import SigmafmuError
-from sigmafmu.variables import split_element
+from sigmafmu import SigmafmuError, extras
+from sigmafmu.variables import pattern, split_element, vectors
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
 
 
 class NotRecordedError(KeyError):
@@ -42,20 +50,31 @@ class Statistics:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Values of the recorded variables at the communication points."""
+    """Values of the recorded variables at the communication points.
+
+    `result["guide.displacement"]` is the column of a scalar, an array (n,); `result["slider.position"]` that of a
+    vector, (n, 3). Both are in SI units, and NotRecordedError, a KeyError, says that a run has not recorded them.
+    """
 
     model: str
     time: np.ndarray
+    """(n,) in s."""
     names: tuple[str, ...]
+    """Of the scalars."""
     values: np.ndarray
     """One row per communication point, one column per name."""
     statistics: Statistics
     units: dict[str, str] = field(default_factory=dict)
+    """By the name of the scalar, as FMI writes them, such as `rad/s`; `1` or empty if there is none."""
+
+    def __repr__(self) -> str:
+        span = f"{self.time[0]:g} … {self.time[-1]:g} s" if len(self.time) else "empty"
+        return f"<Result of {self.model}: {len(self.time)} rows of {len(self.names)} variables, {span}>"
 
     def __contains__(self, name: str) -> bool:
-        return name in self.names
+        return name in self.names or name in vectors(self.names)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Column of the scalar `name`, or (n, k) array of the vector `name[1..k]`."""
@@ -75,10 +94,75 @@ class Result:
             text += f"; {s.steps} internal steps, {s.newton_per_step:.2f} Newton iterations each, {s.retries} retries"
         return text
 
-    def write_csv(self, path: Path | str) -> None:
-        """Write time and all values with 17 digits, which is exact."""
+    def plot(self, path: Path | str | None = None, names: Iterable[str] = (), *, phase: bool = False) -> Figure:
+        """A matplotlib figure: what matters of the model, or the named scalars, vectors or patterns; saved at `path`.
+
+        With `phase` rates are drawn over their coordinates: those of joints, or of positions if there are none.
+        Raises NotRecordedError for a name that is not there, SigmafmuError if the file cannot be written.
+        """
+        from sigmafmu import plots
+
+        names = (names,) if isinstance(names, str) else tuple(names)
+        chosen = self.only(names) if names else self
+        figure = plots.phase_portraits(chosen) if phase else plots.figure(chosen, named=bool(names))
+        if path is not None:
+            plots.save(figure, path)
+        return figure
+
+    def only(self, names: Iterable[str]) -> Result:
+        """The same with fewer variables: scalars, vectors, or patterns with `*` and `?`."""
+        columns: dict[int, None] = {}  # an ordered set
+        for name in (names,) if isinstance(names, str) else names:
+            found = [i for i, n in enumerate(self.names) if pattern(name).fullmatch(n)]
+            if not found:
+                raise NotRecordedError(name)
+            columns |= dict.fromkeys(found)
+        kept = tuple(self.names[i] for i in columns)
+        units = {name: self.units[name] for name in kept if name in self.units}
+        return replace(self, names=kept, values=self.values[:, list(columns)], units=units)
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write time and all values with 17 digits, which is exact; SigmafmuError if that fails."""
         with CsvWriter(path) as writer:
             writer.write(("time", *self.names), np.column_stack((self.time, self.values)))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame with a column for each scalar and the index `time`; `attrs["units"]` are the units."""
+        frame = extras.need("pandas").DataFrame(self.values, columns=list(self.names))
+        frame.index = extras.need("pandas").Index(self.time, name="time")
+        frame.attrs = {"model": self.model, "units": dict(self.units)}
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over `time` with a variable for each scalar and vector, which has a dimension `<name>_`.
+
+        Elements are counted from 1 as in the model. The attribute `units` is that of the climate conventions, which
+        plots of xarray show.
+        """
+        xr = extras.need("xarray")
+        variables = {}
+        for base, elements in vectors(self.names).items():
+            attributes = {"units": self.units.get(elements[0], "")}
+            if elements == [base]:
+                variables[base] = ("time", self[base], attributes)
+            else:
+                numbers = [split[1] for name in elements if (split := split_element(name))]
+                variables[base] = xr.DataArray(
+                    self[base], dims=("time", f"{base}_"), coords={f"{base}_": numbers}, attrs=attributes
+                )
+        time = ("time", self.time, {"units": "s"})
+        return xr.Dataset(variables, coords={"time": time}, attrs={"model": self.model})
+
+    def to_parquet(self, path: Path | str) -> None:
+        """Write a Parquet file with a column for `time` and each scalar; SigmafmuError if that fails.
+
+        Its metadata have the `model` and the `units` as a JSON object.
+        """
+        told = {"model": self.model, "units": json.dumps({"time": "s", **self.units})}
+        try:
+            extras.need("fastparquet").write(str(path), self.to_pandas().reset_index(), custom_metadata=told)
+        except OSError as error:
+            raise SigmafmuError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 class CsvWriter:
@@ -88,7 +172,7 @@ class CsvWriter:
         self.path, self.rows = Path(path), 0
         self._file: TextIO | None = None
 
-    def __enter__(self) -> "CsvWriter":
+    def __enter__(self) -> CsvWriter:
         return self
 
     def __exit__(self, *_: object) -> None:

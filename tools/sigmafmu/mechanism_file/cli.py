@@ -10,14 +10,7 @@ import typer
 from sigmafmu import SigmafmuError
 from sigmafmu.console import out, write_text
 
-ENDINGS = (".yaml", ".yml", ".json")
-
 MechanismPath = Annotated[Path, typer.Argument(metavar="FILE", help="A mechanism file: YAML or JSON.")]
-
-
-def is_mechanism_file(target: str) -> bool:
-    """Whether an argument names a mechanism file, not a model."""
-    return target.endswith(ENDINGS)
 
 
 def register(app: typer.Typer) -> None:
@@ -65,10 +58,6 @@ def build(
     ] = None,
 ) -> None:
     """Make an FMU of a mechanism file; no compiler is needed."""
-    from sigmafmu.mechanism_file.build import build_fmu
-    from sigmafmu.mechanism_file.load import load
+    from sigmafmu.packing import build_fmu
 
-    mechanism = load(file)
-    path = output or Path(f"{mechanism.definition['name']}.fmu")
-    build_fmu(mechanism, path)
-    out.print(f"wrote {path}", soft_wrap=True)
+    out.print(f"wrote {build_fmu(file, output)}", soft_wrap=True)
