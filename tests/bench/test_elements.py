@@ -1,0 +1,84 @@
+"""What docs/comparison.md says: elements and an arm move as in other codes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from research.elements import POINT, Case, compare, forces, joints, ours, robot, run_mujoco
+from research.elements.page import CASES, all_elements, not_compared
+
+SLOW = "user function"
+"""In the name of what Exudyn calls in Python."""
+
+
+def of(code: str) -> list[Case]:
+    """Cases with this code alone."""
+    alone = [replace(case, **{other: None for other in {"exudyn", "mujoco"} - {code}}) for case in CASES]
+    return [case for case in alone if (peer := getattr(case, code)) and SLOW not in peer.name]
+
+
+def name(case: Case) -> str:
+    return f"{case.element}-{(case.exudyn or case.mujoco).name}"
+
+
+@pytest.mark.exudyn
+@pytest.mark.parametrize("case", [case for case in of("exudyn") if not case.exudyn.note], ids=name)
+def test_exudyn_moves_as_we_do(case):
+    """With order 2, to what our own result is good for."""
+    (row,) = compare(case)
+    if case.contact:  # begins and ends within steps
+        assert row["fine"] < 1e-6
+        return
+    assert row["coarse"] < 1e-4
+    assert row["limit"] < 1e-8
+    if row["coarse"] > 1e-12:  # a mere fall is exact
+        assert np.log2(row["coarse"] / row["fine"]) == pytest.approx(2, abs=0.05)
+
+
+@pytest.mark.parametrize("case", of("mujoco"), ids=name)
+def test_mujoco_moves_as_we_do(case):
+    pytest.importorskip("mujoco", reason="needs MuJoCo; `make bench` installs it")
+    (row,) = compare(case)
+    assert row["fine"] < (1e-2 if case.mujoco.note else 1e-10)
+
+
+@pytest.mark.exudyn
+@pytest.mark.parametrize("peer", forces.BUSHINGS)
+def test_bushings_differ_by_the_square_of_the_rotation(peer):
+    rows = [compare(case)[0] for case in of("exudyn") if case.exudyn.name == peer and "bushing" in case.element]
+    assert rows[0]["limit"] / rows[1]["limit"] == pytest.approx(100, rel=0.1)
+
+
+def test_stiffer_equations_of_mujoco_are_nearer():
+    """What ties coordinates there is a spring: twice as stiff, half as far."""
+    pytest.importorskip("mujoco", reason="needs MuJoCo; `make bench` installs it")
+    (case,) = (case for case in of("mujoco") if case.element == "mimic")
+    found = [case.mujoco.build(case.mechanism().multibody) for _ in range(2)]
+    ends = []
+    for stiffness, (model, rates, controls) in zip((1e5, 2e5), found, strict=True):
+        model.eq_solref[0] = -stiffness, -600
+        data = run_mujoco(model, rates, controls, case.stop, 4 * case.steps)
+        ends.append(np.abs(data.xpos[2] + data.xmat[2].reshape(3, 3) @ POINT - ours(case, case.steps)).max())
+    assert ends[0] / ends[1] == pytest.approx(2, rel=0.1)
+
+
+def test_an_arm_accelerates_as_in_pinocchio():
+    pytest.importorskip("pinocchio", reason="needs Pinocchio; `make bench` installs it")
+    assert robot.accelerations()["difference"] < 1e-12
+
+
+def test_an_arm_falls_as_in_mujoco():
+    pytest.importorskip("pinocchio", reason="needs Pinocchio; `make bench` installs it")
+    pytest.importorskip("mujoco", reason="needs MuJoCo; `make bench` installs it")
+    ends = robot.trajectory()
+    assert ends["rkmk4"] < 1e-9
+    assert np.log2(ends["coarse"] / ends["fine"]) == pytest.approx(2, abs=0.05)
+    assert ends["coarse"] < 1e-6
+
+
+def test_every_element_is_compared_or_listed():
+    compared = {case.element.partition(",")[0] for case in CASES}
+    assert compared <= {*all_elements()}, "what is compared has the names of files"
+    assert compared | not_compared().keys() == {*all_elements()}
+    assert {kind.name for kind in joints.MUJOCO_JOINTS} <= compared
