@@ -1,12 +1,16 @@
 """What docs/comparison.md says: elements and an arm move as in other codes."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from research.elements import POINT, Case, compare, forces, joints, ours, robot, run_mujoco
+from research.bench import Effort
+from research.bench import elements as cost
+from research.elements import POINT, Case, compare, examples, forces, joints, ours, robot, run_mujoco
 from research.elements.page import CASES, all_elements, not_compared
+from sigmafmu import _core
 
 SLOW = "user function"
 """In the name of what Exudyn calls in Python."""
@@ -14,7 +18,7 @@ SLOW = "user function"
 
 def of(code: str) -> list[Case]:
     """Cases with this code alone."""
-    alone = [replace(case, **{other: None for other in {"exudyn", "mujoco"} - {code}}) for case in CASES]
+    alone = [replace(case, **dict.fromkeys({"exudyn", "mujoco"} - {code})) for case in CASES]
     return [case for case in alone if (peer := getattr(case, code)) and SLOW not in peer.name]
 
 
@@ -75,6 +79,24 @@ def test_an_arm_falls_as_in_mujoco():
     assert ends["rkmk4"] < 1e-9
     assert np.log2(ends["coarse"] / ends["fine"]) == pytest.approx(2, abs=0.05)
     assert ends["coarse"] < 1e-6
+
+
+@pytest.mark.parametrize("element", examples.elements(), ids=lambda element: element.id)
+def test_every_element_has_an_example(element):
+    """Which starts and moves, also beside others of its kind."""
+    simulation = _core.Simulation(examples.load(examples.mechanism(element, copies=2)).mechanism)
+    simulation.advance(1e-3, 2)
+    assert np.isfinite(simulation.state.q).all()
+
+
+def test_the_cost_of_an_element():
+    rows = cost.measure(Effort(quick=True, rounds=1, tell=lambda what: None))
+    assert [row["element"] for row in rows] == ["revolute", "joint_springs", "line_spring", "gear"]
+    for row in rows:
+        assert row["iterations"] == row["iterations_without"] == 2
+        assert row["ns"] > 0
+        assert row["ns_without"] > 0
+    assert "| `gear` |" in cost.report(rows, Path())
 
 
 def test_every_element_is_compared_or_listed():
