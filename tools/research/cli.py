@@ -83,6 +83,17 @@ def elements(
     write_text(output, page(lambda what: err.print(f"elements: {what}")))
 
 
+@app.command(epilog="Example: python -m research catalogue")
+def catalogue(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/elements.md"),
+) -> None:
+    """Write the page of all elements, with a figure of each."""
+    from research.elements.catalogue import write
+
+    write(output)
+    out.print(f"wrote {output}")
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""

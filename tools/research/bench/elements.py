@@ -84,7 +84,7 @@ def report(rows: list[dict[str, Any]], _: Path) -> str:
         "Nanoseconds for each element and iteration of Newton's method, with Jacobian and elimination: the difference "
         f"between steps of mechanisms with {COPIES} of it and with none, whose bodies are the same. Joints tie a free "
         "body to the ground, `fixed` one to another. Forces act between two free bodies, which puts blocks between "
-        "them into the matrix, or *to the ground*, which does not; contacts with planes have these on the ground. What acts "
+        "them into the matrix, or *to the ground*, which does not; planes are those of the ground. What acts "
         "on coordinates, couplings and drives are on hinges. Sensors cost nothing until they are read, and what a "
         f"mechanism does not have costs nothing.\n\n{table}"
     )

@@ -110,7 +110,14 @@ NUMBERS: Json = {
     "ratio": -2.0,
     "limits": [-0.5, 0.5],
     "length": 0.3,
-    "limit": 0.1,
+    "friction": 1.0,
+    "stribeck_friction": 0.5,
+    "stribeck_rate": 0.4,
+    "viscous_friction": 0.1,
+    "creep_rate": 0.05,
+    "stop_stiffness": 1e4,
+    "stop_damping": 0.5,
+    "stop_depth": 0.01,
 }
 TABLES: Json = {"length": [0.1, 0.3, 0.6], "force": [-5.0, 0.0, 20.0], "rate": [-1.0, 1.0], "rate_force": [-2.0, 2.0]}
 LEFT_OUT = ("description", "stiffness_coupling", "damping_coupling", "node", "offset", "input", "coordinate")
@@ -161,6 +168,22 @@ def _value(kind: Kind, names: tuple[str, ...], number: Any) -> Any:
     return number
 
 
+Point = tuple[float, float, float]
+"""Or principal moments."""
+BOX = (0.0208 / 12, 0.0464 / 12, 0.0544 / 12)
+"""Moments of a box of 1 kg, 0.2 × 0.12 × 0.08."""
+ROD = (0.02**2 / 6, 0.4**2 / 12, 0.4**2 / 12)
+
+
+SHAFT = 0.27
+"""Length of a wheel's shaft [m]."""
+
+
+def ball(radius: float) -> Point:
+    """Moments of a ball of 1 kg."""
+    return (0.4 * radius**2,) * 3
+
+
 # --- mechanisms ------------------------------------------------------------------------------------------------------
 
 
@@ -190,28 +213,47 @@ def on_two_bodies(element: Element) -> bool:
 
 def _add(content: Json, element: Element, n: str, y: float, present: bool, to_ground: bool) -> None:
     """A copy, at y."""
-    moving = element.section in ("joints", "forces")
 
-    def body(name: str, x: float, size: tuple[float, float, float] = (0.2, 0.12, 0.08)) -> str:
-        a, b, c = (s * s / 12 for s in size)
+    def body(name: str, centre: Point, moments: Point = BOX) -> str:
+        """At a place that counts from this copy's."""
         velocity = {"velocity": [0.1, -0.2, 0.3], "angular_velocity": [1.0, 0.5, -2.0]}
-        centre = {"center_of_mass": [x, y, 0.1], "mass": 1.0, "inertia": [b + c, a + c, a + b]}
-        content["bodies"][name + n] = centre | (velocity if moving else {})
+        place = [centre[0], centre[1] + y, centre[2]]
+        content["bodies"][name + n] = {"center_of_mass": place, "mass": 1.0, "inertia": list(moments)}
+        content["bodies"][name + n] |= velocity if element.section in ("joints", "forces") else {}
         return name + n
 
-    def hinge(name: str, turned: str, x: float) -> str:
+    def hinge(name: str, turned: str, x: float, beside: float = 0.0) -> str:
         """Horizontal, so that it swings."""
-        ends = {"bodies": ["ground", turned], "point": [x, y, 0.1], "axis": [0, 1, 0]}
+        ends = {"bodies": ["ground", turned], "point": [x, y + beside, 0.1], "axis": [0, 1, 0]}
         content["joints"][name + n] = {"type": "revolute", **ends}
         return name + n
 
-    def coupled(role: str, x: float) -> str:
-        """A wheel on a hinge; a rack on its rail."""
-        if role != "rack":
-            return hinge(f"{role}Shaft", body(role, x + 0.02, (0.2, 0.05, 0.2)), x)
-        ends = {"bodies": ["ground", body(role, x, (0.3, 0.05, 0.05))], "point": [x, y, 0.1], "axis": [1, 0, 0]}
-        content["joints"]["rail" + n] = {"type": "prismatic", **ends}
+    def wheel(role: str, x: float, radius: float, shaft: float) -> str:
+        """On a hinge at the end of its shaft, a little beside its centre of mass."""
+        disk = (radius**2 / 4, radius**2 / 2, radius**2 / 4)
+        return hinge(f"{role}Shaft", body(role, (x + 0.01, 0, 0.1), disk), x, shaft)
+
+    def rack(role: str, x: float, radius: float) -> str:
+        """On a rail below a pinion."""
+        place = (x, 0.0, 0.1 - radius - 0.03)
+        rail = {
+            "bodies": ["ground", body(role, place, ROD)],
+            "point": at({"point": [*place]})["point"],
+            "axis": [1, 0, 0],
+        }
+        content["joints"]["rail" + n] = {"type": "prismatic", **rail}
         return "rail" + n
+
+    def coupled() -> tuple[str, ...]:
+        """What a coupling or a tendon ties: wheels that touch."""
+        roles = getattr(prescribed.COUPLING_TYPES.get(element.name), "joints", ()) or ("first", "second")
+        radii = [0.15, 0.075, 0.075] if element.name in ("gear", "rack_and_pinion") else [0.1] * len(roles)
+        places = [sum(radii[:k]) + sum(radii[1 : k + 1]) for k in range(len(roles))]
+        shafts = [SHAFT * (-1) ** k for k in range(len(roles))]
+        return tuple(
+            rack(role, 0.0, NUMBERS["radius"]) if role == "rack" else wheel(role, x, radius, shaft)
+            for role, x, radius, shaft in zip(roles, places, radii, shafts, strict=False)
+        )
 
     def at(keys: Json) -> Json:
         """Points moved to this copy."""
@@ -228,24 +270,36 @@ def _add(content: Json, element: Element, n: str, y: float, present: bool, to_gr
         found = {key: x for key, x in values.items() if x is not None}
         if element.section not in (ACTING, "loads", "motions", "drives", "tendons"):
             found["type"] = element.name
+        if element.section == "sensors":
+            found["point"] = [0.4, 0, 0.15]
         return at(found)
 
+    beside, here = (-0.15, 0.0, 0.1), (0.3, 0.0, 0.1)
+    names: tuple[str, ...]
     if element.section == "joints":  # what is fixed to the ground could not move
-        names: tuple[str, ...] = (body("base", -0.15) if element.name == "fixed" else "ground", body("part", 0.3))
+        names = (body("base", beside) if element.name == "fixed" else "ground", body("part", here))
     elif element.section == "forces":
-        names = (body("two", 0.3),)
+        round_ones = element.name in ("plane_contact", "sphere_contact")
+        names = (body("two", here, ball(NUMBERS["radius2"])) if round_ones else body("two", here),)
         if on_two_bodies(element):
             on_ground = to_ground or any(key.name == "normal" for key in element.keys)
-            names = ("ground" if on_ground else body("one", -0.15), *names)
+            one = (
+                (body("one", (0, 0, 0), ball(NUMBERS["radius1"])) if round_ones else body("one", beside))
+                if not on_ground
+                else "ground"
+            )
+            names = (one, *names)
     elif element.section in ("couplings", "tendons"):
-        roles = getattr(prescribed.COUPLING_TYPES.get(element.name), "joints", ()) or ("first", "second")
-        names = tuple(coupled(f"{role}", 0.3 * k) for k, role in enumerate(roles, 1))
-    elif element.section == "motions":
-        names = (body("part", 0.3),)
+        names = coupled()
+    elif element.section == "motions":  # a frame from which a body hangs
+        names = (body("part", here),)
+        frame = {"motion": "element" + n} if present else {}
+        pivot = {"type": "spherical", "bodies": ["ground", *names], "frame1": frame}
+        content["joints"]["pivot" + n] = pivot | {"frame2": {"position": [0, y, 0]}}
+    elif element.section in (ACTING, "drives"):
+        names = (hinge("hinge", body("part", here), 0.0),)
     else:
-        names = (
-            hinge("hinge", body("part", 0.3), 0.0) if element.section in (ACTING, "drives") else body("part", 0.3),
-        )
+        names = (body("part", here),)
     if element.name == "motor":
         content["joints"][names[0]] = at({"type": "spherical", "bodies": ["ground", "part" + n], "point": [0, 0, 0.1]})
     if not present:
@@ -255,7 +309,7 @@ def _add(content: Json, element: Element, n: str, y: float, present: bool, to_gr
     elif element.section == "drives":
         content["drives"][names[0]] = {"motion": "rate", "value": "input"}
     elif element.section == "motions":
-        content["motions"]["motion" + n] = {"input": True}
+        content["motions"]["element" + n] = {"input": True}
     else:
         content[element.section]["element" + n] = entry(*names)
 
