@@ -8,8 +8,8 @@ import pytest
 
 from research.bench import Effort
 from research.bench import elements as cost
-from research.elements import POINT, Case, compare, examples, forces, joints, ours, robot, run_mujoco
-from research.elements.page import CASES, all_elements, not_compared
+from research.elements import POINT, Case, compare, examples, forces, joints, ours, robot, run_mujoco, sensors
+from research.elements.page import CASES, all_elements, compared, not_compared
 from sigmafmu import _core
 
 SLOW = "user function"
@@ -54,6 +54,13 @@ def test_bushings_differ_by_the_square_of_the_rotation(peer):
     assert rows[0]["limit"] / rows[1]["limit"] == pytest.approx(100, rel=0.1)
 
 
+@pytest.mark.exudyn
+def test_levers_of_friction_differ_by_a_part_of_the_penetration():
+    """Which goes with the modulus to the power of -2/5."""
+    rows = [compare(case)[0] for case in of("exudyn") if case.exudyn.note == forces.LEVER]
+    assert rows[1]["fine"] / rows[0]["fine"] == pytest.approx(10**-0.4, rel=0.05)
+
+
 def test_stiffer_equations_of_mujoco_are_nearer():
     """What ties coordinates there is a spring: twice as stiff, half as far."""
     pytest.importorskip("mujoco", reason="needs MuJoCo; `make bench` installs it")
@@ -65,6 +72,13 @@ def test_stiffer_equations_of_mujoco_are_nearer():
         data = run_mujoco(model, rates, controls, case.stop, 4 * case.steps)
         ends.append(np.abs(data.xpos[2] + data.xmat[2].reshape(3, 3) @ POINT - ours(case, case.steps)).max())
     assert ends[0] / ends[1] == pytest.approx(2, rel=0.1)
+
+
+def test_sensors_tell_what_mujoco_tells():
+    pytest.importorskip("mujoco", reason="needs MuJoCo; `make bench` installs it")
+    for row in sensors.compare():
+        assert row["difference"] < 1e-13, row
+        assert row["size"] > 0.1
 
 
 def test_an_arm_accelerates_as_in_pinocchio():
@@ -100,7 +114,6 @@ def test_the_cost_of_an_element():
 
 
 def test_every_element_is_compared_or_listed():
-    compared = {case.element.partition(",")[0] for case in CASES}
-    assert compared <= {*all_elements()}, "what is compared has the names of files"
-    assert compared | not_compared().keys() == {*all_elements()}
-    assert {kind.name for kind in joints.MUJOCO_JOINTS} <= compared
+    assert compared() <= {*all_elements()}, "what is compared has the names of files"
+    assert compared() | not_compared().keys() == {*all_elements()}
+    assert {kind.name for kind in joints.MUJOCO_JOINTS} <= compared()

@@ -221,6 +221,30 @@ def _mujoco_follower_force(d: _core.Multibody) -> Any:
     return *mujoco_model(d, edit), np.ones(1)
 
 
+DENSITY, WIND = 800.0, 0.7
+"""Of a medium that rises [kg/m³], [m/s]."""
+
+
+def drag() -> _core.Mechanism:
+    """On a box that falls along one of its axes, by the area across."""
+    m = mechanism()
+    inertia = np.array([0.03, 0.04, 0.05])
+    body = add_body(m.multibody, "a", 2.0, inertia, np.zeros(3))
+    edges = np.sqrt(6 * (inertia.sum() - 2 * inertia) / 2.0)  # of the box with these moments
+    coefficient = 0.5 * DENSITY * np.array([edges[1] * edges[2], edges[2] * edges[0], edges[0] * edges[1]])
+    m.multibody.add(_core.Drag("s", body, np.zeros(3), coefficient, flow=np.array([0.0, 0.0, WIND])))
+    return m
+
+
+def _mujoco_drag(d: _core.Multibody) -> Any:
+    def edit(root: ElementTree.Element) -> None:
+        option = root.find("option")
+        assert option is not None
+        option.attrib |= {"density": repr(DENSITY), "wind": f"0 0 {WIND}"}
+
+    return mujoco_model(d, edit)
+
+
 def load() -> _core.Mechanism:
     """Force and torque in W, on the first body."""
     m = mechanism()
@@ -240,14 +264,19 @@ def _exudyn_load(model: Model, d: _core.Multibody) -> None:
 RADII, MODULUS, SPEED, RETURN = (0.2, 0.3), 1e6, 2.0, 0.8
 
 
-def sphere_contact(dissipation: float = 0.0) -> _core.Mechanism:
+SLIPPING = 1e-4
+"""Velocity that regularises friction, far below those that occur [m/s]: its laws differ there."""
+FRICTION = 0.03
+
+
+def sphere_contact(dissipation: float = 0.0, friction: float = 0.0, modulus: float = MODULUS) -> _core.Mechanism:
     """Two balls without gravity, one of which hits the other, which rests, off its middle."""
     m = mechanism(np.zeros(3))
     J = np.full(3, 0.02)
     add_body(m.multibody, "a", 1.0, J, np.zeros(3))
     velocity = np.array([-SPEED, 0.0, 0.0])
     add_body(m.multibody, "b", 1.5, J, np.array([0.6, 0.2, 0.0]), velocity=velocity)
-    surface = _core.ContactSurface(MODULUS, dissipation)
+    surface = _core.ContactSurface(modulus, dissipation, friction, SLIPPING)
     m.multibody.add(_core.SphereContact("s", 0, np.zeros(3), RADII[0], 1, np.zeros(3), RADII[1], surface))
     return m
 
@@ -256,19 +285,49 @@ APPROACH = SPEED * np.sqrt(0.5**2 - 0.2**2) / 0.5
 """With which the balls meet, along their common normal [m/s]."""
 
 
+def plane_contact() -> _core.Mechanism:
+    """A ball that bounces along an inclined plane."""
+    m = mechanism()
+    normal = AXES[:, 2]
+    velocity = 2.0 * AXES[:, 0]
+    body = add_body(m.multibody, "a", 1.0, np.full(3, 0.004), (RADII[0] + 0.02) * normal, velocity=velocity)
+    surface = _core.ContactSurface(MODULUS)
+    plane = _core.Frame(np.zeros(3), AXES)
+    m.multibody.add(_core.PlaneContact("s", GROUND, plane, body, np.zeros(3), RADII[0], surface))
+    return m
+
+
+def _hertz(model: Model, surface: _core.ContactSurface, curvature: float) -> dict[str, Any]:
+    """Exudyn's constants of the law, and the node that it wants."""
+    items = model.exu.itemInterface
+    node = model.mbs.AddNode(items.NodeGenericData(initialCoordinates=[0.1, 0, 0, 0], numberOfDataCoordinates=4))
+    stiffness = 4 / 3 * surface.modulus * np.sqrt(curvature)
+    return {
+        "nodeNumber": node,
+        "contactStiffness": stiffness,
+        "contactStiffnessExponent": 1.5,
+        "dynamicFriction": surface.friction,
+        "frictionProportionalZone": surface.slip_velocity,
+    }
+
+
+def _exudyn_plane_contact(model: Model, d: _core.Multibody) -> None:
+    (s,) = d.plane_contacts
+    markers = [model.marker(model.bodies["a"], s.point2), model.marker(model.add_ground(), s.frame1.origin, AXES)]
+    item = model.exu.itemInterface.ObjectContactSphereTriangle
+    corners = model.exu.Vector3DList([[-10.0, -10.0, 0.0], [20.0, -10.0, 0.0], [-10.0, 20.0, 0.0]])
+    constants = {"sphereRadius": s.radius, "trianglePoints": corners} | _hertz(model, s.surface, s.radius)
+    _add(model, item, markerNumbers=markers, **constants)
+
+
 def _exudyn_sphere_contact(**more: Any) -> Any:
     def add(model: Model, d: _core.Multibody) -> None:
         (s,) = d.sphere_contacts
         curvature = 1 / (1 / s.radius1 + 1 / s.radius2)
         items = model.exu.itemInterface
-        node = model.mbs.AddNode(items.NodeGenericData(initialCoordinates=[0.1, 0, 0, 0], numberOfDataCoordinates=4))
-        constants = {
-            "spheresRadii": [s.radius1, s.radius2],
-            "contactStiffness": 4 / 3 * s.surface.modulus * np.sqrt(curvature),
-            "contactStiffnessExponent": 1.5,
-        }
-        item = items.ObjectContactSphereSphere
-        _add(model, item, markerNumbers=point_markers(model, s), nodeNumber=node, **constants, **more)
+        constants = {"spheresRadii": [s.radius1, s.radius2]} | _hertz(model, s.surface, curvature)
+        markers = point_markers(model, s)
+        _add(model, items.ObjectContactSphereSphere, markerNumbers=markers, **constants, **more)
 
     return add
 
@@ -281,6 +340,10 @@ BUSHINGS = {
 }
 """Exudyn's → why it differs."""
 HUNT_CROSSLEY = {"impactModel": 1, "restitutionCoefficient": RETURN}
+LEVER = (
+    "Friction has another lever there, by a part of the penetration: a contact ten times as stiff, which penetrates "
+    "0.4 times as far, leaves 0.4 of the difference."
+)
 
 CASES = (
     Case("spring_damper", spring_damper, exudyn=Peer("CartesianSpringDamper", _exudyn_spring_damper, 2)),
@@ -317,6 +380,7 @@ CASES = (
         exudyn=Peer("body-fixed loads", _exudyn_follower_force, 2),
         mujoco=Peer("motor at a site", _mujoco_follower_force, 4),
     ),
+    Case("drag, along one axis", drag, mujoco=Peer("density, wind", _mujoco_drag, 4)),
     Case("load", load, exudyn=Peer("loads", _exudyn_load, 2)),
     Case(
         "sphere_contact",
@@ -335,5 +399,25 @@ CASES = (
             _exudyn_sphere_contact(impactModel=1, restitutionCoefficient=RETURN),
             2,
         ),
+    ),
+    *(
+        Case(
+            name,
+            lambda modulus=modulus: sphere_contact(friction=FRICTION, modulus=modulus),
+            steps=8000,
+            contact=True,
+            exudyn=Peer("ContactSphereSphere", _exudyn_sphere_contact(), 2, LEVER),
+        )
+        for name, modulus in (
+            ("sphere_contact, friction", MODULUS),
+            ("sphere_contact, friction, ten times as stiff", 10 * MODULUS),
+        )
+    ),
+    Case(
+        "plane_contact",
+        plane_contact,
+        steps=8000,
+        contact=True,
+        exudyn=Peer("ContactSphereTriangle", _exudyn_plane_contact, 2),
     ),
 )

@@ -5,9 +5,9 @@ from textwrap import fill
 from typing import Any
 
 from research.bench import machine
-from research.elements import Case, compare, forces, joints, robot
+from research.elements import Case, compare, forces, joints, robot, sensors
 from sigmafmu.markdown import markdown_table
-from sigmafmu.mechanism_file.table import coordinates, prescribed
+from sigmafmu.mechanism_file.table import coordinates, outputs, prescribed
 from sigmafmu.mechanism_file.table import forces as force_table
 from sigmafmu.mechanism_file.table import joints as joint_table
 
@@ -16,9 +16,7 @@ OTHER_LAWS = {
     "fixed": "holds everything: nothing to compare",
     "free": "holds nothing",
     "joint_stops": "theirs are linear springs, or soft constraints",
-    "drag": "MuJoCo's is that of an ellipsoid",
-    "plane_contact": "the law is that of spheres",
-    "cloud_contact": "a plane contact at each point",
+    "cloud_contact": "a plane contact at each point; MuJoCo's contacts are soft constraints of another law",
     "rack_and_pinion": "a gear with other units",
     "differential": "a sum of three terms; codes in joint coordinates tie two",
     "sum": "codes in joint coordinates tie two",
@@ -27,15 +25,26 @@ OTHER_LAWS = {
 
 
 def all_elements() -> list[str]:
-    """Types of joints, forces, couplings and of what acts on coordinates."""
+    """Types of joints, forces, couplings, sensors and of what acts on coordinates."""
     acting = coordinates.ACTING
-    return [*joint_table.JOINT_TYPES, *acting, *prescribed.COUPLING_TYPES, *force_table.FORCE_TYPES, "load"]
+    return [
+        *joint_table.JOINT_TYPES,
+        *acting,
+        *prescribed.COUPLING_TYPES,
+        *force_table.FORCE_TYPES,
+        "load",
+        *outputs.SENSOR_TYPES,
+    ]
+
+
+def compared() -> set[str]:
+    """Elements that a case has."""
+    return {case.element.partition(",")[0] for case in CASES} | {sensor for sensor, _ in sensors.THERE}
 
 
 def not_compared() -> dict[str, str]:
     """Elements that no case has, and why where that is known."""
-    compared = {case.element.partition(",")[0] for case in CASES}
-    return {name: OTHER_LAWS.get(name, "") for name in all_elements() if name not in compared}
+    return {name: OTHER_LAWS.get(name, "") for name in all_elements() if name not in compared()}
 
 
 def page(tell: Callable[[str], None]) -> str:
@@ -62,6 +71,12 @@ def _parts(tell: Callable[[str], None]) -> Iterator[str]:
         rows += compare(case)
     yield _table(rows).rstrip()
     yield _notes(rows)
+    yield "## Sensors"
+    yield _filled(
+        "On the second link of an arm that moves on two hinges; `motion` is seen from a frame of the first link. Values "
+        "are compared at one instant."
+    )
+    yield _sensors(sensors.compare()).rstrip()
     yield "## Not compared"
     yield "\n".join(f"- `{name}`: {why}" if why else f"- `{name}`" for name, why in not_compared().items())
 
@@ -98,6 +113,22 @@ def _table(rows: list[dict[str, Any]]) -> str:
                 row["there"] + (f" ({marks[row['note']]})" if row["note"] else ""),
                 f"{row['h']:g}",
                 *(f"{row[key]:.1e}" for key in ("coarse", "fine", "limit")),
+            ]
+            for row in rows
+        ],
+    )
+
+
+def _sensors(rows: list[dict[str, Any]]) -> str:
+    return markdown_table(
+        ("sensor", "output", "MuJoCo", "largest component", "difference"),
+        [
+            [
+                f"`{row['sensor']}`",
+                f"`{row['output']}`",
+                row["there"],
+                f"{row['size']:.2g}",
+                f"{row['difference']:.0e}",
             ]
             for row in rows
         ],
