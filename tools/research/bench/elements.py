@@ -36,7 +36,7 @@ def measure(effort: Effort) -> list[dict[str, Any]]:
         effort.tell(f"{COPIES} of {element.name}")
         found = _times(element, effort.rounds, to_ground=False)
         row = {"section": element.section, "element": element.name, **found}
-        if element.section == "forces" and examples.on_two_bodies(element) and row["bodies"] > 1:
+        if element.section == "forces" and element.on_two_bodies and row["bodies"] > 1:
             row["to_ground"] = _times(element, effort.rounds, to_ground=True)["ns"]
         rows.append(row)
     return rows

@@ -1,7 +1,7 @@
 """Elements beside those of Exudyn and MuJoCo, and a robot arm beside Pinocchio and MuJoCo.
 
-`python -m research elements` writes the page docs/beside.md. A `Case` is a small mechanism with the element, and what
-is the same thing in another code; both run with the same numbers, and a point of the last body is compared at the end.
+`python -m research elements` writes the page docs/comparison.md. A `Case` is a small mechanism with the element, and
+what is the same thing in another code; both run with the same numbers, and a point of the last body is compared.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ class Case:
     stop: float = 0.4  # s
     steps: int = 400
     contact: bool = False
+    """Whether bodies touch, which Exudyn must be told."""
     exudyn: Peer | None = None
     mujoco: Peer | None = None
 
@@ -71,10 +72,9 @@ def exudyn(case: Case, steps: int) -> np.ndarray:
     bodies.gravity = whole.gravity
     q, v = _core.assemble(whole)
     for body, pose, rates in zip(whole.bodies, q.reshape(-1, 7), v.reshape(-1, 6), strict=True):
-        placed = body
-        placed.initial_position, placed.initial_quaternion = pose[:3], pose[3:]
-        placed.initial_velocity, placed.initial_angular_velocity = rates[:3], rates[3:]
-        bodies.add(placed)
+        body.initial_position, body.initial_quaternion = pose[:3], pose[3:]
+        body.initial_velocity, body.initial_angular_velocity = rates[:3], rates[3:]
+        bodies.add(body)
 
     def build(model: Model) -> None:
         of_definition(bodies)(model)
@@ -124,15 +124,14 @@ RUNS = {"Exudyn": exudyn, "MuJoCo": mujoco_run}
 def compare(case: Case) -> list[dict[str, Any]]:
     """A row for each code: distances from our point with h, with h/2 and extrapolated to h = 0 [m]."""
     finest = ours(case, 4 * case.steps)
-    uncertain = np.abs(finest - ours(case, 2 * case.steps)).max()
     rows = []
     for code, peer in (("Exudyn", case.exudyn), ("MuJoCo", case.mujoco)):
         if peer is None:
             continue
         coarse, fine = (RUNS[code](case, steps) for steps in (case.steps, 2 * case.steps))
         limit = fine + (fine - coarse) / (2**peer.order - 1)
-        rows.append({"element": case.element, "code": code, "there": peer.name, "h": case.stop / case.steps})
+        names = {"element": case.element, "code": code, "there": peer.name, "note": peer.note}
         found = {"coarse": coarse, "fine": fine, "limit": limit}
-        rows[-1] |= {key: float(np.abs(x - finest).max()) for key, x in found.items()}
-        rows[-1] |= {"ours": float(uncertain), "note": peer.note}
+        errors = {key: float(np.abs(x - finest).max()) for key, x in found.items()}
+        rows.append(names | {"h": case.stop / case.steps} | errors)
     return rows

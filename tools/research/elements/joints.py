@@ -115,7 +115,6 @@ def arm(*elements: Any) -> _core.Mechanism:
     add_body(d, "b", 1.0, np.array([0.02, 0.015, 0.01]), np.array([0.5, 0.1, 0.0]))
     add_joint(d, "hinge1", Type.revolute, GROUND, 0, np.zeros(3), np.array([0.2, 1.0, 0.1]))
     add_joint(d, "hinge2", Type.revolute, 0, 1, np.array([0.4, 0.0, 0.0]), np.array([0.3, -0.2, 1.0]))
-    d.body(1).initial_angular_velocity = np.zeros(3)
     for element in elements:
         d.add(element)
     return m
@@ -129,14 +128,12 @@ CREEP = 0.1
 """Rate at which it has 76 % [rad/s]: that of a smooth law."""
 
 
-def friction() -> tuple[_core.JointFriction, ...]:
+def friction() -> list[_core.JointFriction]:
     """Of both hinges."""
-    result = []
-    for joint, (coulomb, viscous) in enumerate(FRICTIONS):
-        element = _core.JointFriction(joint, coulomb)
-        element.viscous_friction, element.creep_rate = viscous, CREEP
-        result.append(element)
-    return tuple(result)
+    return [
+        _core.JointFriction(joint, coulomb, viscous_friction=viscous, creep_rate=CREEP)
+        for joint, (coulomb, viscous) in enumerate(FRICTIONS)
+    ]
 
 
 def _exudyn_hinges(model: Model, d: _core.Multibody) -> list[list[Any]]:

@@ -73,7 +73,7 @@ def _parts(tell: Callable[[str], None]) -> Iterator[str]:
     yield _notes(rows)
     yield "## Sensors"
     yield _filled(
-        "On the second link of an arm that moves on two hinges; `motion` is seen from a frame of the first link. Values "
+        "On the second link of an arm that moves on two hinges; `motion` is seen from a frame of the first. Values "
         "are compared at one instant."
     )
     yield _sensors(sensors.compare()).rstrip()
