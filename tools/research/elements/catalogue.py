@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,13 +53,18 @@ FILES = {
     "motor": "fmu_src/model/elements/rotation_motor.h",
 }
 """Where the law of a section, or of an element, stands if not in a file of its name."""
+CONTACT = "fmu_src/multibody/forces/contact_law.h"
+CONTACTS = ("plane_contact", "sphere_contact", "cloud_contact")
+"""They share a law, which is shown with the first."""
+COORDINATES = {"An angle": "revolute", "A displacement": "prismatic"}
+"""Joints with one of these alone."""
+USUAL = 0.75
+"""What so many of a section have is told once."""
 EXAMPLES = re.compile(r"\b(\w+Shaft|rail|hinge)\b")
 """Names of joints of the examples, in meanings."""
-LITERATURE = {
-    "table_spring": "F. N. Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300",
-    "plane_contact": "H. Hertz 1882; K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440",
-    "sphere_contact": "the same",
-    "cloud_contact": "the same",
+HERTZ = "H. Hertz, J. reine angew. Math. 92 (1882) 156; K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440"
+LITERATURE = dict.fromkeys(CONTACTS, HERTZ) | {
+    "table_spring": "F. N. Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300"
 }
 Row = tuple[str, str, str, str]
 """Of a table of variables: name, unit, what it is, meaning."""
@@ -93,42 +98,43 @@ def text() -> str:
 
 def _parts() -> Iterator[str]:
     yield INTRODUCTION
-    sections = dict.fromkeys(element.section for element in examples.elements())
-    for section in sections:
-        title, letter, more = SECTIONS.get(section, (section.capitalize(), section[0].upper(), ""))
-        members = [element for element in examples.elements() if element.section == section]
-        yield f"## {title}\n"
-        if more:
-            yield f"{more}\n"
-        variables = {element.name: new_variables(element) for element in members}
-        told = set()
-        for lacking, rows in _common(variables):
-            told |= {*rows}
-            yield f"All{_but(lacking)} have\n\n{_table(rows, letter)}"
-        if section == "joints":
-            for title, name in COORDINATES.items():
-                rows = [row for row in variables[name] if row not in told]
-                meanings = {row[-1] for row in rows}
-                told |= {row for others in variables.values() for row in others if row[-1] in meanings}
-                yield f"{title} has\n\n{_table(rows, letter)}"
-        laws = {element.name: law_of(element) for element in members}
-        shared = len(members) > 1 and len({str(law) for law in laws.values()}) == 1
-        files = [law.files for law in laws.values()]
-        if shared:
-            yield _quoted(next(iter(laws.values())).lines)
-        if same_files := len(members) > 1 and files.count(files[0]) == len(files):
-            yield f"Source: {_links(files[0])}.\n"
-        for element in members:
-            rows = [row for row in variables[element.name] if row not in told]
-            law = laws[element.name]
-            shown = Law([] if shared else law.lines, [] if same_files else law.files)
-            yield from _element(element, rows, shown, letter)
+    for section in dict.fromkeys(element.section for element in examples.elements()):
+        yield from _section(section)
 
 
-COORDINATES = {"An angle": "revolute", "A displacement": "prismatic"}
-"""Joints with one of these alone."""
-USUAL = 0.75
-"""What so many of a section have is told once."""
+def _section(section: str) -> Iterator[str]:
+    """What all of it have in common, and each element."""
+    title, letter, more = SECTIONS.get(section, (section.capitalize(), section[0].upper(), ""))
+    members = [element for element in examples.elements() if element.section == section]
+    yield f"## {title}\n"
+    if more:
+        yield f"{more}\n"
+    variables = {element.name: new_variables(element) for element in members}
+    told: set[Row] = set()
+    for lacking, rows in _common(variables):
+        told |= {*rows}
+        yield f"All{_but(lacking)} have\n\n{_table(rows, letter)}"
+    if section == "joints":
+        for what, joint in COORDINATES.items():
+            rows = [row for row in variables[joint] if row not in told]
+            meanings = {row[-1] for row in rows}
+            told |= {row for others in variables.values() for row in others if row[-1] in meanings}
+            yield f"{what} has\n\n{_table(rows, letter)}"
+    laws = {element.name: law_of(element) for element in members}
+    shared = Law(_same([law.lines for law in laws.values()]), _same([law.files for law in laws.values()]))
+    if shared.lines:
+        yield _quoted(shared.lines)
+    if shared.files:
+        yield f"Source: {_links(shared.files)}.\n"
+    for element in members:
+        law = laws[element.name]
+        own = Law([] if shared.lines else law.lines, [] if shared.files else law.files)
+        yield from _element(element, [row for row in variables[element.name] if row not in told], own, letter)
+
+
+def _same(lists: list[list[Any]]) -> list[Any]:
+    """What several elements have alike; nothing if they do not, or if there is one."""
+    return lists[0] if len(lists) > 1 and lists.count(lists[0]) == len(lists) else []
 
 
 def _common(variables: dict[str, list[Row]]) -> list[tuple[tuple[str, ...], list[Row]]]:
@@ -207,22 +213,11 @@ def _row(name: str, variables: list[Variable]) -> Row:
     span = f"[1..{len(variables)}]" if "[" in first.name else ""
     tunable = first.causality == "parameter" and first.variability == "tunable"
     kind = "tunable parameter" if tunable else first.causality
-    descriptions = {variable.description for variable in variables}
-    shared = (
-        EXAMPLES.sub("that joint", first.description)
-        if len(descriptions) == 1
-        else _without_component(first.description)
-    )
-    return name + span, _unit(first["unit"]), kind, shared.rstrip(": ")
+    return name + span, _unit(first["unit"]), kind, EXAMPLES.sub("that joint", first.description).rstrip(": ")
 
 
 def _unit(unit: str) -> str:
     return re.sub(r"([a-z])2", r"\1²", unit).replace(".", " ")
-
-
-def _without_component(description: str) -> str:
-    """That of a vector, of that of its first component."""
-    return re.sub(r"\W*\bx*$", "", description)
 
 
 # --- laws ------------------------------------------------------------------------------------------------------------
@@ -243,7 +238,11 @@ def law_of(element: Element) -> Law:
     special = FILES.get(element.name) or FILES.get(element.section)
     places = [f"{folder}/{element.name.removesuffix('s')}.h" for folder in (LAWS, FORCES)]
     files = [path for name in ([special] if special else places) if (path := ROOT / name).exists()]
-    return Law(comment_of(files[0]) if files else [], files)
+    lines = comment_of(files[0]) if files else []
+    if element.name in CONTACTS:
+        files.append(ROOT / CONTACT)
+        lines += ["", *comment_of(files[-1])] if element.name == CONTACTS[0] else ["", f"Force: as of {CONTACTS[0]}."]
+    return Law(lines, files)
 
 
 def comment_of(path: Path) -> list[str]:
