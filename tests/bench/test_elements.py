@@ -12,8 +12,8 @@ from research.elements import POINT, Case, compare, examples, forces, joints, ou
 from research.elements.page import CASES, all_elements, compared, not_compared
 from sigmafmu import _core
 
-SLOW = "user function"
-"""In the name of what Exudyn calls in Python."""
+SLOW = "PCHIP"
+"""In the name of what Exudyn takes seconds for."""
 
 
 def of(code: str) -> list[Case]:
@@ -29,15 +29,15 @@ def name(case: Case) -> str:
 @pytest.mark.exudyn
 @pytest.mark.parametrize("case", [case for case in of("exudyn") if not case.exudyn.note], ids=name)
 def test_exudyn_moves_as_we_do(case):
-    """With order 2, to what our own result is good for."""
+    """With order 2, and extrapolated a hundred times nearer."""
     (row,) = compare(case)
     if case.contact:  # begins and ends within steps
         assert row["fine"] < 1e-6
         return
     assert row["coarse"] < 1e-4
-    assert row["limit"] < 1e-8
     if row["coarse"] > 1e-12:  # a mere fall is exact
         assert np.log2(row["coarse"] / row["fine"]) == pytest.approx(2, abs=0.05)
+        assert row["limit"] < 0.01 * row["coarse"]
 
 
 @pytest.mark.parametrize("case", of("mujoco"), ids=name)

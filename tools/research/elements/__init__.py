@@ -6,8 +6,8 @@ what is the same thing in another code; both run with the same numbers, and a po
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,6 +48,8 @@ class Case:
     steps: int = 400
     contact: bool = False
     """Whether bodies touch, which Exudyn must be told."""
+    inputs: Mapping[str, float] = field(default_factory=dict)
+    """Constant ones of ours, by their names."""
     exudyn: Peer | None = None
     mujoco: Peer | None = None
 
@@ -59,6 +61,9 @@ def ours(case: Case, steps: int) -> np.ndarray:
     settings.method, settings.step_size = RKMK4, case.stop / steps
     settings.absolute_tolerance = settings.relative_tolerance = 1e-13
     simulation = _core.Simulation(mechanism)
+    if case.inputs:
+        u = np.array([case.inputs.get(name, 0.0) for name in _core.Outputs(mechanism).inputs])
+        simulation.set_input(u, np.zeros_like(u), 0.0)
     simulation.advance(case.stop / steps, steps)
     last = simulation.state.q.reshape(-1, 7)[-1]
     return last[:3] + Rotation.from_quat(last[3:], scalar_first=True).apply(POINT)

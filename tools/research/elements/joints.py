@@ -160,6 +160,57 @@ def _exudyn_friction(model: Model, d: _core.Multibody) -> None:
         model.mbs.AddObject(item(markerNumbers=markers, springTorqueUserFunction=law))
 
 
+STOPS = {"lower": -0.05, "upper": 0.08, "stiffness": 2e3, "damping": 0.3, "depth": 0.02}
+"""Of the first hinge, which falls into the lower one and bounces."""
+
+
+def _exudyn_stop(model: Model, d: _core.Multibody) -> None:
+    markers, *_ = _exudyn_hinges(model, d)
+    stiffness, damping, depth = STOPS["stiffness"], STOPS["damping"], STOPS["depth"]
+
+    def push(p: float, rate: float) -> float:
+        if p <= 0:
+            return 0.0
+        z = damping * rate
+        return stiffness * (p**2 / (2 * depth) if p < depth else p - depth / 2) * (1 + z / np.sqrt(1 + z**2))
+
+    def law(mbs, t, number, angle, rate, k, damper, offset):
+        return push(angle - STOPS["upper"], rate) - push(STOPS["lower"] - angle, -rate)
+
+    item = model.exu.itemInterface.ObjectConnectorTorsionalSpringDamper
+    model.mbs.AddObject(item(markerNumbers=markers, springTorqueUserFunction=law))
+
+
+TORQUE = np.array([1.0, -2.0, 0.5])
+"""Of the motor in a ball, in the axes of its first frame, which is the ground's [N m]."""
+
+
+def motor() -> _core.Mechanism:
+    """A body in a ball that a motor turns."""
+    m = on_joint(Type.spherical)
+    m.multibody.add(_core.RotationMotor(0))
+    return m
+
+
+def _exudyn_motor(model: Model, d: _core.Multibody) -> None:
+    _exudyn_joint(model, d)
+    marker = model.marker(model.bodies["a"], np.zeros(3))
+    torque = list(AXES @ TORQUE)
+    model.mbs.AddLoad(model.exu.itemInterface.LoadTorqueVector(markerNumber=marker, loadVector=torque))
+
+
+def _mujoco_motor(d: _core.Multibody) -> Any:
+    """Its axes are those of the body where all joint coordinates are zero, here at the start."""
+    turn = Rotation.from_quat(_core.assemble(d)[0][3:], scalar_first=True)
+
+    def edit(root: ElementTree.Element) -> None:
+        gear = text([*turn.inv().apply(AXES @ TORQUE), 0.0, 0.0, 0.0])
+        actuator = ElementTree.SubElement(root, "actuator")
+        ElementTree.SubElement(actuator, "motor", jointinparent="a", gear=gear)
+
+    return *mujoco_model(d, edit), np.ones(1)
+
+
 def _mujoco_hinges(attributes: list[dict[str, float]]) -> Any:
     def build(d: _core.Multibody) -> Any:
         def edit(root: ElementTree.Element) -> None:
@@ -237,6 +288,18 @@ CASES = (
             "Full friction at any rate, and a soft constraint that holds what stands still. Ours is smooth, and "
             "creeps. With the same law, as Exudyn has it here, the motion is the same.",
         ),
+    ),
+    Case(
+        "joint_stops",
+        lambda: arm(_core.JointStop(0, **STOPS)),
+        exudyn=Peer("TorsionalSpringDamper with our law as user function", _exudyn_stop, 2),
+    ),
+    Case(
+        "motor",
+        motor,
+        inputs={f"joint.motorTorque[{i + 1}]": value for i, value in enumerate(TORQUE)},
+        exudyn=Peer("LoadTorqueVector", _exudyn_motor, 2),
+        mujoco=Peer("motor of a ball, in its parent", _mujoco_motor, 4),
     ),
     *(
         Case(

@@ -15,7 +15,6 @@ CASES: tuple[Case, ...] = (*joints.CASES, *forces.CASES)
 OTHER_LAWS = {
     "fixed": "holds everything: nothing to compare",
     "free": "holds nothing",
-    "joint_stops": "theirs are linear springs, or soft constraints",
     "cloud_contact": "a plane contact at each point; MuJoCo's contacts are soft constraints of another law",
     "rack_and_pinion": "a gear with other units",
     "differential": "a sum of three terms; codes in joint coordinates tie two",
