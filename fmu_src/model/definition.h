@@ -87,7 +87,7 @@ enum class JointType {
   planar,         // z1 = z2, origin 2 in the plane of x1 and y1; angle about z, displacements along x1 and y1
   distance,       // origins stay `length` apart
   point_on_line,  // origin 2 on the z axis of frame 1; displacement along z1
-  free,           // no equation; displacements of origin 2 along x1, y1 and z1
+  free,           // no equation; displacements along x1, y1 and z1
 };
 
 // What a joint leaves free: an angle [rad] about an axis of its frames, or a displacement [m] along one of frame 1.

@@ -29,6 +29,7 @@ def all_elements() -> list[str]:
     return [
         *joint_table.JOINT_TYPES,
         *acting,
+        "motor",
         *prescribed.COUPLING_TYPES,
         *force_table.FORCE_TYPES,
         "load",
