@@ -1,7 +1,7 @@
 """Motions of mechanisms in as few coordinates as they have degrees of freedom.
 
 All that is told is where bodies are at given coordinates; d'Alembert's principle and differences of sixth order do the
-rest. So nothing is shared with the multibody core: no joint equations, no multipliers, no rotation variables.
+rest. So nothing is shared with the multibody core: no joint equations, no multipliers, no quaternions.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,10 @@ class Minimal:
     """Constant forces along the stretches."""
 
     def equations(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """M and f of M q'' = f."""
+        """M and f of M q'' = f, from Σ δx·m (g - x'') - δφ·(J w' + w × J w) + δs·(...) = 0 for every δq.
+
+        With x'' = X q'' + bend and w' = W q'' + twist, where bend and twist are those of a motion with constant rates.
+        """
         n = len(q)
         speed = np.linalg.norm(v)
         along = v / speed if speed > 0 else np.eye(n)[0]
