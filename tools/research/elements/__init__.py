@@ -1,4 +1,4 @@
-"""Elements beside those of Exudyn and MuJoCo, and a robot arm beside Pinocchio and MuJoCo.
+"""Elements beside those of Exudyn and MuJoCo, and robot arms beside Pinocchio and MuJoCo.
 
 `python -m research elements` writes the page docs/comparison.md. A `Case` is a small mechanism with the element, and
 what is the same thing in another code; both run with the same numbers, and a point of the last body is compared.

@@ -61,9 +61,9 @@ def _parts(tell: Callable[[str], None]) -> Iterator[str]:
         MuJoCo its Runge-Kutta method of order 4."""
     )
     yield _filled(f"{machine()}.")
-    tell("xArm7 beside Pinocchio and MuJoCo")
-    yield "## A robot arm"
-    yield _robot(robot.accelerations(), robot.trajectory())
+    tell("robot arms beside Pinocchio and MuJoCo")
+    yield "## Robot arms"
+    yield _robot({name: robot.accelerations(name) for name in robot.ARMS}, robot.trajectory())
     yield "## Elements"
     rows = []
     for case in CASES:
@@ -81,21 +81,26 @@ def _parts(tell: Callable[[str], None]) -> Iterator[str]:
     yield "\n".join(f"- `{name}`: {why}" if why else f"- `{name}`" for name, why in not_compared().items())
 
 
-def _robot(accelerations: dict[str, Any], ends: dict[str, float]) -> str:
+def _robot(accelerations: dict[str, float], ends: dict[str, float]) -> str:
     first = f"""
-        xArm7 of example-robot-data, seven hinges with the damping and friction of its file, armatures of 0.1 to 0.6
-        kg m², and motor torques. At {accelerations["states"]} random states our accelerations of the joints differ from
-        Pinocchio's articulated-body algorithm by {accelerations["difference"]:.0e} of the largest at most. Pinocchio
-        takes armatures into account by itself; damping and friction, tanh(rate / {robot.CREEP:g} rad/s) times the
-        file's, are torques that its user gives it, and `joint_frictions` of ours."""
+        Arms of example-robot-data on hinges, with the damping and friction of their files or, where these have none,
+        {robot.RESISTANCE[0]:g} N m s/rad and {robot.RESISTANCE[1]:g} N m, armatures from {robot.ARMATURES[0]:g} down to
+        {robot.ARMATURES[1]:g} kg m², and motor torques. At {robot.STATES} random states our accelerations of the joints
+        differ from those of Pinocchio's articulated-body algorithm by the given part of the largest at most. Pinocchio
+        takes armatures into account by itself; damping and friction, tanh(rate / {robot.CREEP:g} rad/s) times its
+        full value, are torques that its user gives it, and `joint_frictions` of ours."""
+    table = markdown_table(
+        ("arm", *(f"`{name}`" for name in accelerations)),
+        [("difference", *(f"{value:.0e}" for value in accelerations.values()))],
+    )
     second = f"""
-        After a fall of {robot.STOP:g} s the last link's point is {ends["rkmk4"]:.0e} m from MuJoCo's converged result
-        with `rkmk4`, and {ends["coarse"]:.1e} m and {ends["fine"]:.1e} m with the default method at h = 1 ms and
+        After a fall of {robot.STOP:g} s a point of the last link of `{robot.ARMS[0]}` is {ends["rkmk4"]:.0e} m
+        from MuJoCo's converged result with `rkmk4`, and {ends["coarse"]:.1e} m and {ends["fine"]:.1e} m with the default method at h = 1 ms and
         0.5 ms: order 2. MuJoCo had our law of friction as a passive force there. Its own, `frictionloss`, ends
         {ends["own friction"]:.0e} m away: it has full friction at any rate, and holds what stands still by a soft
         constraint. Ours that creeps at {robot.SHARP:g} in place of {robot.CREEP:g} rad/s is
         {ends["sharp friction"]:.1e} m from that."""
-    return f"{_filled(first)}\n\n{_filled(second)}"
+    return f"{_filled(first)}\n\n{table}\n{_filled(second)}"
 
 
 def _filled(text: str) -> str:

@@ -1,4 +1,4 @@
-"""A robot arm of example-robot-data with friction, damping and armatures, beside Pinocchio and MuJoCo."""
+"""Robot arms of example-robot-data with friction, damping and armatures, beside Pinocchio and MuJoCo."""
 
 from __future__ import annotations
 
@@ -16,24 +16,30 @@ from sigmafmu import _core
 if TYPE_CHECKING:
     import pinocchio
 
-NAME = "xarm7.urdf"
-ARMATURES = np.array([0.6, 0.6, 0.4, 0.4, 0.3, 0.15, 0.1])
-"""The file has none; of motors seen through their gears [kg m²]."""
+ARMS = ("xarm7", "z1", "ur5_robot", "so101", "talos_left_arm")
+"""URDF files; the first one falls beside MuJoCo."""
+ARMATURES = (0.6, 0.1)
+"""Of motors seen through their gears, from the first joint to the last, where a file has none [kg m²]."""
+RESISTANCE = 0.5, 1.0
+"""Damping and friction of joints where a file has none [N m s/rad], [N m]."""
 CREEP = 0.05
-"""Rate at which friction has 76 % [rad/s]. The file's is Coulomb's, without a law for joints at rest."""
+"""Rate at which friction has 76 % [rad/s]. The files' is Coulomb's, without a law for joints at rest."""
 SHARP = 0.002
 """Another such rate, near to Coulomb's law."""
 STATES = 20
 STOP, STEPS = 1.0, 1000
 
 
-def model() -> pinocchio.Model:
-    """In Pinocchio, with our armatures; damping and friction are those of the file."""
-    path = str(example_urdf(NAME))
+def model(name: str = ARMS[0]) -> pinocchio.Model:
+    """In Pinocchio, with armatures, damping and friction in every joint."""
+    path = str(example_urdf(f"{name}.urdf"))
     import pinocchio
 
     result = pinocchio.buildModelFromUrdf(path)
-    result.armature = ARMATURES
+    result.armature = np.where(result.armature > 0, result.armature, np.linspace(*ARMATURES, result.nv))
+    result.damping = np.where(result.damping > 0, result.damping, RESISTANCE[0])
+    friction = np.where(result.upperDryFrictionLimit > 0, result.upperDryFrictionLimit, RESISTANCE[1])
+    result.upperDryFrictionLimit, result.lowerDryFrictionLimit = friction, -friction
     return result
 
 
@@ -44,19 +50,19 @@ def resistance(arm: pinocchio.Model, v: np.ndarray) -> np.ndarray:
 
 def mechanism(arm: pinocchio.Model, q: np.ndarray, v: np.ndarray, creep: float = CREEP) -> _core.Mechanism:
     """Ours at (q, v)."""
-    result = from_pinocchio(arm, q, v, "XArm7")
+    result = from_pinocchio(arm, q, v, "Arm")
     for i in range(arm.nv):
         friction = float(arm.upperDryFrictionLimit[i])
         result.multibody.add(_core.JointFriction(i, friction, viscous_friction=float(arm.damping[i]), creep_rate=creep))
-        result.multibody.add(_core.JointArmature(i, float(ARMATURES[i])))
+        result.multibody.add(_core.JointArmature(i, float(arm.armature[i])))
     return result
 
 
-def accelerations() -> dict[str, float]:
+def accelerations(name: str = ARMS[0]) -> float:
     """Largest difference of joint accelerations from Pinocchio's, beside the largest of them, over random states."""
     import pinocchio
 
-    arm, rng = model(), np.random.default_rng(7)
+    arm, rng = model(name), np.random.default_rng(7)
     data, worst = arm.createData(), 0.0
     for _ in range(STATES):
         q, v, motors = rng.uniform(-np.pi, np.pi, arm.nq), rng.uniform(-2, 2, arm.nv), rng.uniform(-30, 30, arm.nv)
@@ -69,7 +75,7 @@ def accelerations() -> dict[str, float]:
         vdot, _ = system.accelerations(x, rates, u)
         found = [system.coordinate_acceleration(x, rates, vdot, i) for i in range(arm.nv)]
         worst = max(worst, float(np.abs(found - expected).max() / np.abs(expected).max()))
-    return {"states": STATES, "difference": worst}
+    return worst
 
 
 START = np.array([0.3, -0.5, 0.4, 1.2, -0.3, 0.8, 0.2]), np.array([1.0, 0.5, -1.0, 0.8, 2.0, -1.5, 3.0])
@@ -97,7 +103,7 @@ def mujoco_end(arm: pinocchio.Model, steps: int, smooth: bool) -> np.ndarray:
 
     def edit(root: ElementTree.Element) -> None:
         for i, hinge in enumerate(root.iter("joint")):
-            hinge.attrib |= {"armature": repr(float(ARMATURES[i])), "damping": repr(float(arm.damping[i]))}
+            hinge.attrib |= {"armature": repr(float(arm.armature[i])), "damping": repr(float(arm.damping[i]))}
             if not smooth:
                 hinge.attrib["frictionloss"] = repr(float(friction[i]))
 
