@@ -95,16 +95,16 @@ def _robot(accelerations: dict[str, float], ends: dict[str, float]) -> str:
     )
     second = f"""
         After a fall of {robot.STOP:g} s a point of the last link of `{robot.ARMS[0]}` is {ends["rkmk4"]:.0e} m
-        from MuJoCo's converged result with `rkmk4`, and {ends["coarse"]:.1e} m and {ends["fine"]:.1e} m with the default method at h = 1 ms and
-        0.5 ms: order 2. MuJoCo had our law of friction as a passive force there. Its own, `frictionloss`, ends
-        {ends["own friction"]:.0e} m away: it has full friction at any rate, and holds what stands still by a soft
-        constraint. Ours that creeps at {robot.SHARP:g} in place of {robot.CREEP:g} rad/s is
+        from MuJoCo's converged result with `rkmk4`, and {ends["coarse"]:.1e} m and {ends["fine"]:.1e} m with the
+        default method at h = 1 ms and 0.5 ms: order 2. MuJoCo had our law of friction as a passive force there. Its
+        own, `frictionloss`, ends {ends["own friction"]:.0e} m away: it has full friction at any rate, and holds what
+        stands still by a soft constraint. Ours that creeps at {robot.SHARP:g} in place of {robot.CREEP:g} rad/s is
         {ends["sharp friction"]:.1e} m from that."""
     return f"{_filled(first)}\n\n{table}\n{_filled(second)}"
 
 
 def _filled(text: str) -> str:
-    return fill(" ".join(text.split()), 120)
+    return fill(" ".join(text.split()), 120, break_on_hyphens=False)
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
