@@ -79,14 +79,14 @@ Matrix3d axes_with_z(const Vector3d& z);
 
 enum class JointType {
   spherical,      // origins coincide
-  revolute,       // and z1 = z2; angle from x1 to x2 about z
+  revolute,       // origins coincide and z1 = z2; angle from x1 to x2 about z
   universal,      // origins coincide and y1 is perpendicular to x2 (the two axes of the cross); angles about y1 and x2
-  prismatic,      // frames parallel, origin 2 on the z axis of frame 1; displacement along it
+  prismatic,      // axes are parallel, origin 2 on the z axis of frame 1; displacement along z1
   fixed,          // frames coincide
-  cylindrical,    // z axes coincide; angle and displacement as above
-  planar,         // z1 = z2, origin 2 in the plane of x1 and y1; angle as above, displacements along x1 and y1
+  cylindrical,    // z axes coincide; angle from x1 to x2 about z, displacement along z1
+  planar,         // z1 = z2, origin 2 in the plane of x1 and y1; angle about z, displacements along x1 and y1
   distance,       // origins stay `length` apart
-  point_on_line,  // origin 2 on the z axis of frame 1; displacement along it
+  point_on_line,  // origin 2 on the z axis of frame 1; displacement along z1
   free,           // no equation; displacements along x1, y1 and z1
 };
 

@@ -68,6 +68,32 @@ def mechanisms(
     out.print(f"{len(paths)} files in {output}")
 
 
+@app.command(epilog="Example: python -m research elements")
+def elements(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/comparison.md"),
+) -> None:
+    """Compare joints, forces and a robot arm with Exudyn, MuJoCo and Pinocchio; half a minute."""
+    from importlib.util import find_spec
+
+    missing = [name for name in ("exudyn", "mujoco", "pinocchio") if find_spec(name) is None]
+    if missing:
+        raise SigmafmuError(f"the comparison needs {', '.join(missing)}; `make bench` installs what it needs")
+    from research.elements.page import page
+
+    write_text(output, page(lambda what: err.print(f"elements: {what}")))
+
+
+@app.command(epilog="Example: python -m research catalogue")
+def catalogue(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/elements.md"),
+) -> None:
+    """Write the page of all elements, with a figure of each."""
+    from research.elements.catalogue import write
+
+    write(output)
+    out.print(f"wrote {output}")
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""

@@ -7,11 +7,12 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from research.bench import Effort, growth, machine, robots, runs, solvers, steps, work
+from research.bench import Effort, elements, growth, machine, robots, runs, solvers, steps, work
 from research.study.output import write_csv
 from sigmafmu import SigmafmuError
 
-SECTIONS = {"steps": steps, "growth": growth, "robots": robots, "work": work, "solvers": solvers}
+SECTIONS = {"steps": steps, "growth": growth, "robots": robots, "work": work, "solvers": solvers, "elements": elements}
+
 MACHINE = "machine.txt"
 """Rounds, and the machine of the last measurement."""
 WIDTH = 120

@@ -5,6 +5,7 @@ All joint coordinates are zero at the start.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -62,17 +63,17 @@ def links(definition: _core.Multibody) -> list[Link]:
     return result
 
 
-def mujoco_model(definition: _core.Multibody) -> tuple[mujoco.MjModel, np.ndarray]:
-    """MuJoCo's model without contacts, and the initial joint rates."""
-    import mujoco as mj
+def text(x: Iterable[float]) -> str:
+    """Numbers as attributes have them, exactly."""
+    return " ".join(repr(float(value)) for value in x)
 
-    def text(x: np.ndarray) -> str:
-        return " ".join(repr(float(value)) for value in x)
 
+def mujoco_tree(definition: _core.Multibody, tree: list[Link]) -> ElementTree.Element:
+    """The XML of MuJoCo's model, whose bodies have our names, hinges and balls those of the bodies they carry."""
     root = ElementTree.Element("mujoco")
+    ElementTree.SubElement(root, "compiler", angle="radian")
     ElementTree.SubElement(root, "option", gravity=text(definition.gravity))
     elements = [ElementTree.SubElement(root, "worldbody")]
-    tree = links(definition)
     for link in tree:
         R, origin = (tree[link.parent].rotation, tree[link.parent].position) if link.parent >= 0 else (np.eye(3), 0.0)
         turn = Rotation.from_matrix(R.T @ link.rotation).as_quat(scalar_first=True)
@@ -83,10 +84,23 @@ def mujoco_model(definition: _core.Multibody) -> tuple[mujoco.MjModel, np.ndarra
         if link.kind is None:
             ElementTree.SubElement(body, "freejoint")
         elif link.kind == SPHERICAL:
-            ElementTree.SubElement(body, "joint", type="ball", pos=text(link.point))
+            ElementTree.SubElement(body, "joint", name=link.name, type="ball", pos=text(link.point))
         else:
-            ElementTree.SubElement(body, "joint", type="hinge", pos=text(link.point), axis=text(link.axis))
+            hinge = {"name": link.name, "type": "hinge", "pos": text(link.point), "axis": text(link.axis)}
+            ElementTree.SubElement(body, "joint", hinge)
         elements.append(body)
+    return root
+
+
+def mujoco_model(
+    definition: _core.Multibody, edit: Callable[[ElementTree.Element], None] = lambda _: None
+) -> tuple[mujoco.MjModel, np.ndarray]:
+    """MuJoCo's model without contacts, its XML changed by `edit`, and the initial joint rates."""
+    import mujoco as mj
+
+    tree = links(definition)
+    root = mujoco_tree(definition, tree)
+    edit(root)
     model = mj.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
     order = [mj.mj_name2id(model, mj.mjtObj.mjOBJ_BODY, link.name) for link in tree]
     rates = np.zeros(model.nv)

@@ -43,21 +43,18 @@ def revolute_arm7() -> _core.Mechanism:
     return mechanism
 
 
-def humanoid_urdf() -> Path:
-    """The file of a humanoid with 29 hinges and a free pelvis in the package example-robot-data.
-
-    SigmafmuError: the package is missing.
-    """
+def example_urdf(name: str) -> Path:
+    """A file of the package example-robot-data. SigmafmuError: the package is missing, or has no such file."""
     try:
-        (found,) = (f for f in files("example-robot-data") or () if f.name == "simple_humanoid.urdf")
+        (found,) = (f for f in files("example-robot-data") or () if f.name == name)
     except (PackageNotFoundError, ValueError) as error:
-        raise SigmafmuError("the humanoid needs the package example-robot-data; `make bench` installs it") from error
+        raise SigmafmuError(f"{name} is in the package example-robot-data; `make bench` installs it") from error
     return Path(str(found.locate()))
 
 
 def humanoid_model(free: bool = True) -> pinocchio.Model:
-    """The humanoid in Pinocchio, on a free or a fixed base."""
-    path = str(humanoid_urdf())
+    """A humanoid with 29 hinges in Pinocchio, its pelvis free or fixed."""
+    path = str(example_urdf("simple_humanoid.urdf"))
     import pinocchio
 
     base = [pinocchio.JointModelFreeFlyer()] if free else []

@@ -63,6 +63,7 @@ class Settings:
     sparse: bool = False  # a sparse linear solver
     relative_tolerance: float = 1e-8  # of the Newton residual; Exudyn's default
     absolute_tolerance: float = 1e-10
+    contact: bool = False  # iterate on contact states, without the steps that Exudyn would then choose
 
 
 @dataclass(frozen=True)
@@ -443,6 +444,11 @@ def _simulation_settings(exu: Any, settings: Settings, stop_time: float, steps: 
     integration.newton.useModifiedNewton = settings.modified_newton
     integration.newton.relativeTolerance = settings.relative_tolerance
     integration.newton.absoluteTolerance = settings.absolute_tolerance
+    if settings.contact:
+        integration.discontinuous.iterationTolerance = 1.0
+        integration.discontinuous.maxIterations = 5
+        integration.discontinuous.ignoreMaxIterations = True
+        integration.discontinuous.useRecommendedStepSize = False
     alpha = integration.generalizedAlpha
     alpha.spectralRadius = settings.rho_inf
     alpha.lieGroupSimplifiedKinematicRelations = settings.simplified_kinematics
