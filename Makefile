@@ -13,7 +13,7 @@ SHELL       := bash
 PACKAGES    := $(if $(V),cat,sed -u -n -e 's/^ *Downloading \([^ ]*\.whl\)\( (.*)\)\{0,1\}$$/  download \1\2/p' \
                -e 's/^ *Using cached \([^ ]*\.whl\) .*/  cached   \1/p' -e 's/^Installing collected packages.*/  installing/p')
 STEPS       := $(if $(V),cat,sed -u -n -E -e 's/^ *(\[[0-9]+\/[0-9]+\]) (Building [A-Z]+ object (CMakeFiles\/[^\/]+\.dir\/)?|Linking [A-Z]+ [a-z ]+ )/  \1 /p' \
-               -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing) .*)/  \1/p')
+               -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing|Bundling) .*)/  \1/p' -e 's/^ *(viewer: .*)/  \1/p')
 SAVED        = 2>&1 | tee $(LOG)
 OR_TELL      = || { tail -n 40 $(LOG); echo "failed; $(LOG) has all of it"; exit 1; }
 
@@ -110,11 +110,12 @@ test-asan: build ## run FMU and core tests under the address and undefined-behav
 	 $(BIN)/python -m pytest -n auto $(if $(QUICK),-m "not slow and not heavy and not release" $(ASAN_QUICK),tests/fmu tests/core) \
 	 $(PYTEST_ARGS)
 
-lint: $(SETUP) ## check style: ruff and clang-format
-	@echo "lint: ruff, clang-format"
+lint: $(SETUP) ## check style: ruff, clang-format and biome
+	@echo "lint: ruff, clang-format, biome"
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check
 	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
+	@$(BIN)/python tools/viewer/build.py check
 
 TIDY := build/tidy/clang_tidy/data/bin/clang-tidy
 
@@ -127,10 +128,11 @@ $(TIDY): pyproject.toml | $(SETUP)
 	@touch $@
 
 format: $(SETUP) ## bring all sources into that style
-	@echo "format: ruff, clang-format"
+	@echo "format: ruff, clang-format, biome"
 	@$(BIN)/ruff check --quiet --fix
 	@$(BIN)/ruff format --quiet
 	@$(if $(CPP),$(BIN)/clang-format -i $(CPP))
+	@$(BIN)/python tools/viewer/build.py format
 
 # tools/research, which setup has put on the path of the private environment
 RESEARCH := $(BIN)/python -m research

@@ -18,6 +18,7 @@ from sigmafmu.mechanism_file.cli import is_mechanism_file
 from sigmafmu.mechanism_file.cli import register as register_mechanism_file
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
+from sigmafmu.view.cli import register as register_view
 
 app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
 
@@ -97,6 +98,9 @@ def run(
     plot: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Draw here: what matters, or the variables that are named.")
     ] = None,
+    animation: Annotated[
+        Path | None, typer.Option("--animate", metavar="HTML", help="Write a page here that shows the motion.")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before a run of over ten minutes or 1 GB.")] = False,
 ) -> None:
     """Simulate a model through FMPy, or a mechanism file, and write or plot its variables."""
@@ -105,7 +109,7 @@ def run(
     from sigmafmu.result import CsvWriter
     from sigmafmu.simulate import SimulationError, communication_steps, simulate
 
-    for file in (output, plot):
+    for file in (output, plot, animation):
         if file and not file.absolute().parent.is_dir():
             raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
     values, names = dict(split_setting(s) for s in settings or ()), variables or ()
@@ -147,6 +151,10 @@ def run(
             draw(result, plot, named=bool(names))
             thinned = f" (every {keep_every}th row)" if keep_every > 1 else ""
             out.print(f"wrote {plot}{thinned}", soft_wrap=True)
+        if animation:
+            from sigmafmu.view.cli import animate
+
+            animate(result.source, result, animation, tuple(names))
     if failure:
         raise failure
 
@@ -215,6 +223,7 @@ register_coupling(app)
 register_mechanism_file(app)
 register_modes(app)
 register_sigma(app)
+register_view(app)
 
 if __name__ == "__main__":
     sys.exit(app())

@@ -20,6 +20,7 @@ import fmpy
 
 from sigmafmu import SigmafmuError
 from sigmafmu.contents.description import Description
+from sigmafmu.contents.layout import NO_SHAPES, Shapes
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
 
@@ -29,7 +30,7 @@ PARTS = PACKAGE / "slave"
 TEXTS = PACKAGE / "texts"
 PLACEHOLDER = "@MODEL@"
 """Stands for the model identifier in files of `sources`."""
-MECHANISM, IDENTITY = "mechanism.json", "identity.json"
+MECHANISM, IDENTITY, SHAPES = "mechanism.json", "identity.json", "shapes.json"
 NO_DATE = (1980, 1, 1, 0, 0, 0)
 """The first that a zip file can have, so that the same mechanism is the same file."""
 
@@ -40,12 +41,14 @@ def build_fmu(
     *,
     resources: Path | str | None = None,
     source: Path | str | None = None,
+    shapes: Shapes = NO_SHAPES,
 ) -> Path:
     """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path.
 
     `mechanism` is the mechanism in JSON, as `mechanism.json` in an FMU has it, or its content; its name is the model
     identifier. The file `source`, of which the mechanism was made, goes into the FMU's documentation. The folder
-    `resources` has the modal data of flexible bodies; default: that of `source`. Raises SigmafmuError with one sentence
+    `resources` has the modal data of flexible bodies; default: that of `source`. `shapes` tell what bodies look like
+    (`sigmafmu.contents.shapes`), for pictures and `sigmafmu view`. Raises SigmafmuError with one sentence
     for a mechanism that is wrong, and for files that cannot be read or written.
     """
     text = mechanism if isinstance(mechanism, str) else json.dumps(mechanism)
@@ -55,7 +58,7 @@ def build_fmu(
     try:
         with tempfile.TemporaryDirectory(prefix=f"{description.model}-") as name:
             tree = Path(name)
-            _fill(tree, description, folder, Path(source) if source is not None else None)
+            _fill(tree, description, folder, Path(source) if source is not None else None, shapes)
             _pack(tree, target)
     except OSError as error:
         raise SigmafmuError(f"{error.filename or target}: {error.strerror or error}") from error
@@ -91,7 +94,7 @@ def _library() -> ctypes.CDLL:
     return library
 
 
-def _fill(tree: Path, description: Description, resources: Path, source: Path | None) -> None:
+def _fill(tree: Path, description: Description, resources: Path, source: Path | None, shapes: Shapes) -> None:
     """Writes all that the FMU has into a folder."""
     for slave in sorted(PARTS.glob("*/slave.*")):
         (tree / "binaries" / slave.parent.name).mkdir(parents=True)
@@ -105,9 +108,11 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     files.mkdir()
     _write_text(files / MECHANISM, description.mechanism)
     for name in _modal_files(description):
-        if name in {MECHANISM, IDENTITY}:
+        if name in {MECHANISM, IDENTITY, SHAPES}:
             raise SigmafmuError(f"a file of modal data is called {name}, as a file that every FMU has")
         shutil.copyfile(resources / name, files / name)
+    if shapes:
+        _write_text(files / SHAPES, json.dumps(shapes) + "\n")
     made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
 
     sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
@@ -118,7 +123,7 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     _write_text(tree / "modelDescription.xml", xml)
     identity = {"guid": guid, **description.told["checksums"]}
     _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
-    write(description, resources, TEXTS, tree, source=source, ours=False)
+    write(description, resources, TEXTS, tree, source=source, ours=False, shapes=shapes)
 
 
 def _modal_files(description: Description) -> Iterator[str]:

@@ -4,7 +4,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -53,6 +53,8 @@ class Result:
     """One row per communication point, one column per name."""
     statistics: Statistics
     units: dict[str, str] = field(default_factory=dict)
+    source: Any = field(default=None, repr=False, compare=False)
+    """The open FMU or loaded mechanism file that was run, for `show`."""
 
     def __contains__(self, name: str) -> bool:
         return name in self.names
@@ -74,6 +76,20 @@ class Result:
         if s.steps is not None:
             text += f"; {s.steps} internal steps, {s.newton_per_step:.2f} Newton iterations each, {s.retries} retries"
         return text
+
+    def show(self, height: int = 600) -> Any:
+        """The mechanism in motion, for a notebook to display; `height` in pixels.
+
+        Raises SigmafmuError if `position` and `quaternion` of a body were not recorded, or if nothing tells what the
+        mechanism looks like.
+        """
+        from sigmafmu.view.notebook import Shown
+        from sigmafmu.view.page import page
+        from sigmafmu.view.subject import drawn
+
+        if self.source is None:
+            raise SigmafmuError(f"the result of {self.model} does not tell what the mechanism looks like")
+        return Shown(page(drawn(self.source).scene, self), height)
 
     def write_csv(self, path: Path | str) -> None:
         """Write time and all values with 17 digits, which is exact."""

@@ -98,7 +98,7 @@ def simulate(
             failure = f"{fmu.name} stopped at t = {reached:.6g} s: {reason(messages, error)}"
 
         counters = _counters(slave, fmu)
-        result = recorder.result(fmu.name, wall_time, counters)
+        result = recorder.result(fmu, wall_time, counters)
         if failure:
             raise SimulationError(failure, result)
         slave.terminate()
@@ -256,19 +256,20 @@ class _Recorder:
         self._flushed += self._filled
         self._filled = 0
 
-    def result(self, model: str, wall_time: float, counters: dict[str, int]) -> Result:
+    def result(self, fmu: Fmu, wall_time: float, counters: dict[str, int]) -> Result:
         last = self._filled - 1  # never -1: a chunk is emptied only to record another row
         self._flush()
         if (self._flushed - 1) % self._keep_every:
             self._kept.append(self._chunk[[last]])
         rows = np.concatenate(self._kept)
         return Result(
-            model=model,
+            model=fmu.name,
             time=rows[:, 0],
             names=tuple(v.name for v in self._variables),
             values=rows[:, 1:],
             units={v.name: v.unit or "" for v in self._variables},
             statistics=Statistics(self.last_time, wall_time, self._flushed - 1, **counters),
+            source=fmu,
         )
 
 

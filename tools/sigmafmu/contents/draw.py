@@ -112,9 +112,8 @@ def draw_figure(mechanism: dict[str, Any], resources: Path, shapes: Shapes = NO_
     extra, notes = _directions(scene, camera)
     pixels, seen = paint(solids + extra, camera)
 
-    group_of = np.append(
-        [solid.group for solid in scene.solids], np.full(len(extra) + 1, -1)
-    )  # the last is for pixels without a solid
+    groups = [solid.group for solid in scene.solids]
+    group_of = np.append(groups, np.full(len(extra) + 1, -1))  # the last is for pixels without a solid
     groups = group_of[seen][::-1]
     for label, anchor in zip(scene.labels, _anchors(scene, camera, groups), strict=True):
         text = f"{label.name}\n{label.detail}" if label.detail and many <= DETAILED else label.name

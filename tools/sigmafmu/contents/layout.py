@@ -184,7 +184,7 @@ def _body(entry: dict[str, Any], resources: Path) -> Body:
     if "flexible" in entry:
         data = json.loads((resources / entry["flexible"]["file"]).read_text(encoding="utf-8"))
         nodes = position + np.array(data["X"], dtype=float) @ R.T
-        modes = np.einsum("ij,njf->nif", R, np.array(data["Phi"], dtype=float))
+        modes = np.einsum("ij,njf->nif", R, np.array(data.get("Phi", np.zeros((len(nodes), 3, 0))), dtype=float))
         return Body(entry["name"], position, R, nodes.mean(axis=0), 0.0, np.zeros((3, 3)), spin, nodes, modes)
     J = entry["inertia"]
     xy, xz, yz = (J.get(key, 0.0) for key in ("xy", "xz", "yz"))

@@ -230,7 +230,8 @@ def _bands(body: Body, t: float) -> Iterable[tuple[Faces, np.ndarray]]:
     halves = np.pad(np.clip(halves, t, max(most, t)), ((0, 0), (1, 0)))
     corners = middles[:, None] + halves[:, None] * np.array([(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)])
     corners = body.centre + corners @ R.T
-    moved = np.array([_section_modes(body, bins == i, section) for i, section in zip(np.unique(bins), corners)])
+    sections = zip(np.unique(bins), corners, strict=True)
+    moved = np.array([_section_modes(body, bins == i, section) for i, section in sections])
     for pair, moves in zip(pairwise(corners), pairwise(moved), strict=True):
         # lofted() only arranges points, so it arranges displacements in the same way
         modes = [lofted(np.array(moves)[..., f]) for f in range(body.modes.shape[2])]

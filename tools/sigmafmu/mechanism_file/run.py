@@ -64,7 +64,7 @@ def simulate_file(
     kept = values[sorted({*range(0, len(values), keep_every), len(values) - 1})]
     counters = {} if failure else {field: int(slave.get(name)) for field, name in COUNTERS.items()}
     statistics = Statistics(float(values[-1, 0]), wall_time, len(values) - 1, **counters)
-    result = Result(mechanism.name, kept[:, 0], tuple(names), kept[:, 1:], statistics)
+    result = Result(mechanism.name, kept[:, 0], tuple(names), kept[:, 1:], statistics, source=file)
     if failure:
         raise SimulationError(failure, result)
     return result

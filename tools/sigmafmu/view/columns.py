@@ -1,0 +1,49 @@
+"""Which variables of a result go into an animation, and which its plots show at first."""
+
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
+
+from sigmafmu.contents.layout import Layout
+
+COORDINATES = ("angle", "displacement")
+ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
+SHOWN = 6
+"""So many curves at most are shown at first in a plot."""
+MOST = 600
+"""Columns at most; what is plotted at first comes first, then what arrows need."""
+
+
+def coordinates(available: Iterable[str], layout: Layout) -> list[str]:
+    """Coordinates of joints: `J.angle`, `J.angle1`, `J.displacement`, …"""
+    joints = {link.name for link in layout.joints}
+    return [
+        name
+        for name in available
+        if name.rpartition(".")[0] in joints and name.rpartition(".")[2].rstrip("0123456789") in COORDINATES
+    ]
+
+
+def chosen(available: list[str], layout: Layout, patterns: Iterable[str] = ()) -> list[str]:
+    """Scalars to show in plots and arrows: those of `patterns`, coordinates, energies, forces, modal coordinates."""
+    known = set(available)
+    wanted = [name for p in patterns for name in available if fnmatchcase(name, p) or name.startswith(f"{p}[")]
+    wanted += coordinates(available, layout) + [name for name in ENERGIES if name in known]
+    links = {link.name for link in (*layout.joints, *layout.forces)}
+    vectors = ("reactionForce", "reactionTorque", "force", "torque")
+    for name in available:
+        owner, _, rest = name.rpartition(".")
+        kind, bracket, _ = rest.partition("[")
+        flexible = owner in layout.bodies and kind == "modal"
+        alone = len(layout.bodies) == 1 and owner in layout.bodies and kind == "position"
+        if bracket and ((owner in links and kind in vectors) or flexible or alone):
+            wanted.append(name)
+    return list(dict.fromkeys(wanted))[:MOST]
+
+
+def plotted(columns: list[str], layout: Layout, patterns: Iterable[str] = ()) -> list[str]:
+    """Of these, what is plotted at first: what was asked for, else coordinates (or what moves) and energies."""
+    asked = [name for name in columns if any(fnmatchcase(name, p) or name.startswith(f"{p}[") for p in patterns)]
+    if asked:
+        return asked
+    moving = coordinates(columns, layout) or [name for name in columns if ".position[" in name or ".modal[" in name]
+    return moving[:SHOWN] + [name for name in columns if name in ENERGIES]

@@ -1,0 +1,189 @@
+// The picture: camera, lights, ground, and what is drawn.
+import {
+  Box3,
+  Color,
+  DirectionalLight,
+  HemisphereLight,
+  PCFShadowMap,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Sphere,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { Arrows } from "./arrows.js";
+import { Frames } from "./frames.js";
+import { Ground } from "./ground.js";
+import { Items } from "./items.js";
+import { Tags } from "./tags.js";
+import { Traces } from "./traces.js";
+
+const SAMPLES = 60; // times at which the extent of the motion is looked up
+
+export class View {
+  constructor(content, bytes, motion, parent) {
+    this.motion = motion;
+    this.parent = parent;
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.canvas = this.renderer.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("aria-label", `${content.name} in motion`);
+    parent.append(this.canvas);
+
+    this.scene = new Scene();
+    this.items = new Items(content, bytes, motion);
+    this.arrows = new Arrows(content, motion);
+    this.traces = new Traces(content, motion);
+    this.frames = new Frames(content, motion);
+    this.scene.add(this.items.group, this.arrows.group, this.traces.group, this.frames.group);
+    this.tags = new Tags(content, motion, parent);
+
+    this.up = new Vector3().fromArray(content.up);
+    this.towards = new Vector3().fromArray(content.towards);
+    if (Math.abs(this.towards.dot(this.up)) > 0.95) this.towards.add(new Vector3(0.5, 0.7, 0.3)).normalize();
+    this.measure(content.size);
+    this.light();
+    this.camera = new PerspectiveCamera(32, 1, 0.01 * this.radius, 60 * this.radius);
+    this.camera.up.copy(this.up);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.zoomToCursor = true;
+    this.followed = -1;
+    this.dirty = true;
+    this.controls.addEventListener("change", () => {
+      this.dirty = true;
+    });
+    new ResizeObserver(() => this.resize()).observe(parent);
+    this.resize();
+    this.reset();
+  }
+
+  // The sphere around all that moves, and how low it comes.
+  measure(size) {
+    const box = new Box3();
+    this.low = Number.POSITIVE_INFINITY;
+    const { motion } = this;
+    for (let k = 0; k <= SAMPLES; k++) {
+      motion.moveTo(motion.start + (k / SAMPLES) * (motion.end - motion.start));
+      this.items.update();
+      this.items.group.updateMatrixWorld(true);
+      box.expandByObject(this.items.group);
+    }
+    const corners = [box.min, box.max];
+    for (const x of corners)
+      for (const y of corners)
+        for (const z of corners) this.low = Math.min(this.low, this.up.dot(new Vector3(x.x, y.y, z.z)));
+    const sphere = box.getBoundingSphere(new Sphere());
+    this.centre = sphere.center.clone();
+    this.radius = Math.max(sphere.radius, 0.3 * size);
+    motion.moveTo(motion.start);
+  }
+
+  light() {
+    this.sky = new HemisphereLight("#ffffff", "#8d8f94", 1.5);
+    this.sky.position.copy(this.up);
+    this.sun = new DirectionalLight("#ffffff", 2.4);
+    const side = new Vector3().crossVectors(this.up, this.towards).normalize();
+    const from = this.up.clone().multiplyScalar(1.6).addScaledVector(this.towards, 0.7).addScaledVector(side, -0.8);
+    this.sun.position.copy(this.centre).addScaledVector(from.normalize(), 3 * this.radius);
+    this.sun.target.position.copy(this.centre);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    const { camera } = this.sun.shadow;
+    camera.left = camera.bottom = -1.5 * this.radius;
+    camera.right = camera.top = 1.5 * this.radius;
+    camera.near = 0.5 * this.radius;
+    camera.far = 8 * this.radius;
+    this.sun.shadow.normalBias = 0.004 * this.radius;
+    this.sun.shadow.radius = 3;
+    const fill = new DirectionalLight("#dfe8ff", 0.7);
+    fill.position
+      .copy(this.centre)
+      .addScaledVector(side, 2 * this.radius)
+      .addScaledVector(this.towards, this.radius);
+    fill.target.position.copy(this.centre);
+    const beneath = this.centre
+      .clone()
+      .addScaledVector(this.up, this.low - 0.02 * this.radius - this.up.dot(this.centre));
+    this.ground = new Ground(this.up, beneath, this.radius);
+    this.scene.add(this.sky, this.sun, this.sun.target, fill, fill.target, this.ground.group);
+  }
+
+  paint({ background, grid }) {
+    this.scene.background = new Color(background);
+    this.ground.material.uniforms.color.value.set(grid);
+    this.dirty = true;
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.dirty = true;
+  }
+
+  // The camera that sees everything, from `towards` or another direction.
+  reset(towards = this.towards) {
+    const half = (Math.PI / 360) * this.camera.fov;
+    const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
+    const distance = (0.92 * this.radius) / Math.sin(narrow);
+    this.controls.target.copy(this.centre);
+    if (this.followed >= 0) this.controls.target.copy(this.motion.poses[this.followed].position);
+    this.camera.position.copy(this.controls.target).addScaledVector(towards, distance);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  follow(body) {
+    this.followed = body;
+    if (body >= 0) this.shift(this.motion.poses[body].position);
+  }
+
+  // Moves the camera so that it looks at a point as it looked at its target.
+  shift(to) {
+    SHIFT.subVectors(to, this.controls.target);
+    this.camera.position.add(SHIFT);
+    this.controls.target.copy(to);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  draw() {
+    if (this.followed >= 0) this.shift(this.motion.poses[this.followed].position);
+    if (!this.dirty) return;
+    this.dirty = false;
+    this.items.update();
+    this.arrows.update();
+    this.traces.update();
+    this.frames.update();
+    this.renderer.render(this.scene, this.camera);
+    this.tags.update(this.camera, this.parent.clientWidth, this.parent.clientHeight);
+  }
+
+  // Which body is seen at a pixel; -1 if none.
+  bodyAt(x, y) {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const pointer = new Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height);
+    const ray = new Raycaster();
+    ray.setFromCamera(pointer, this.camera);
+    const [hit] = ray.intersectObject(this.items.group, true);
+    return hit?.object.userData.body ?? -1;
+  }
+
+  // Pixel of a point of W, from the page's corner.
+  project(point) {
+    this.camera.updateMatrixWorld();
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const seen = point.clone().project(this.camera);
+    return { x: left + ((seen.x + 1) / 2) * width, y: top + ((1 - seen.y) / 2) * height };
+  }
+}
+
+const SHIFT = new Vector3();
