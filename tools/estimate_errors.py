@@ -17,7 +17,7 @@ import numpy as np
 from research.reference import GROUPS, group_of
 from sigmafmu.compare import read_reference
 from sigmafmu.fmu import Fmu
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP = "integrator.stepSize"
@@ -32,7 +32,7 @@ def own_errors(fmu: Fmu, variables: list[str], times: np.ndarray) -> dict[str, f
     """Largest error of each variable at the `times` (equally spaced), in its unit."""
     h = float(fmu.variables[STEP].start)
     coarse, fine = (
-        simulate(fmu, stop_time=times[-1], step_size=times[1], settings={STEP: step}, variables=variables)
+        Model(fmu).run(stop_time=times[-1], step_size=times[1], parameters={STEP: step}, outputs=variables)
         for step in (h, h / 2)
     )
     return {name: 4 / 3 * float(np.max(np.abs(coarse[name] - fine[name]))) for name in variables}

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 import sigmafmu
 from sigmafmu.cli import app
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 SHORT = "run HeavyTop --stop-time 0.02 --step-size 0.001"
@@ -84,7 +84,7 @@ def test_run_reports_steps_and_cost():
 def test_csv_holds_exactly_what_was_recorded(tmp_path, fmu, model):
     succeed(f"run {model} --stop-time 0.002 --step-size 0.0005 --output {tmp_path / 'out.csv'}")
     header, table = read_csv(tmp_path / "out.csv")
-    result = simulate(fmu(model), stop_time=0.002, step_size=0.0005)
+    result = Model(fmu(model)).run(stop_time=0.002, step_size=0.0005)
     assert header == ["time", *result.names]
     np.testing.assert_array_equal(table, np.column_stack((result.time, result.values)))
 

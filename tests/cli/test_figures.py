@@ -6,8 +6,8 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from sigmafmu import plots
 from sigmafmu.loop import studies
+from sigmafmu.model import Model
 from sigmafmu.result import Result, Statistics
-from sigmafmu.simulate import simulate
 
 SPATIAL = {"HeavyTop", "SliderCrank", "FlexiblePendulum", "FlexibleSliderCrank"}
 MOVED = {"SpinUpBeam": {"hubPivot.motorTorque": 5.0}}
@@ -17,49 +17,36 @@ def panels(figure):
     return [axes for axes in figure.axes if axes.lines or isinstance(axes, Axes3D)]
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """Function that draws a result and gives the figure back."""
-
-    def draw(result, **options):
-        figures = []
-        monkeypatch.setattr(plots, "save", lambda figure, _path: figures.append(figure))
-        plots.plot(result, "never.png", **options)
-        return figures[0]
-
-    return draw
-
-
-def test_six_panels_at_most_and_a_path_in_space(fmu, model, drawn):
-    result = simulate(fmu(model), stop_time=0.2, step_size=0.002, settings=MOVED.get(model))
-    figure = drawn(result)
+def test_six_panels_at_most_and_a_path_in_space(fmu, model):
+    result = Model(fmu(model)).run(stop_time=0.2, step_size=0.002, parameters=MOVED.get(model))
+    figure = plots.figure(result)
     assert 3 <= len(panels(figure)) <= plots.MAX_PANELS
     assert any(isinstance(axes, Axes3D) for axes in figure.axes) == (model in SPATIAL)
     for axes in panels(figure):
         assert axes.get_title(loc="left") or axes.get_title(), "every panel says what it shows"
 
 
-def test_motion_in_a_plane_is_drawn_in_it(fmu, drawn):
-    figure = drawn(simulate(fmu("SpinUpBeam"), stop_time=5.0, step_size=0.05, settings=MOVED["SpinUpBeam"]))
+def test_motion_in_a_plane_is_drawn_in_it(fmu):
+    figure = plots.figure(Model(fmu("SpinUpBeam")).run(stop_time=5.0, step_size=0.05, parameters=MOVED["SpinUpBeam"]))
     assert figure.axes[0].get_xlabel() == "x in m"
     assert figure.axes[0].get_ylabel() == "y in m"
 
 
-def test_named_variables_are_drawn_and_nothing_else(fmu, drawn):
+def test_named_variables_are_drawn_and_nothing_else(fmu):
     names = ["crankPivot.angle", "guide.rate"]
-    result = simulate(fmu("SliderCrank"), stop_time=0.02, step_size=0.001, variables=names)
-    figure = drawn(result, named=True)
+    result = Model(fmu("SliderCrank")).run(stop_time=0.02, step_size=0.001, outputs=names)
+    figure = plots.figure(result, named=True)
     assert len(panels(figure)) == 2
     for axes, name in zip(figure.axes, names, strict=True):
         np.testing.assert_array_equal(axes.lines[0].get_ydata(), result[name])
 
 
-def test_many_named_quantities_are_told_to_be_left_out(drawn):
+def test_many_named_quantities_are_told_to_be_left_out():
     names = tuple(f"q{i}" for i in range(9))
     time = np.linspace(0, 1, 5)
     units = {name: f"u{i}" for i, name in enumerate(names)}
     result = Result("Machine", time, names, np.outer(time, np.ones(9)), Statistics(1.0, 0.0, 4), units)
-    figure = drawn(result, named=True)
+    figure = plots.figure(result, named=True)
     assert len(panels(figure)) == plots.MAX_PANELS
     assert "without 3 of the quantities" in figure.get_suptitle()
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import sigmafmu
 from sigmafmu import _core
 from sigmafmu.cli import app
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 
 def sigma(command):
@@ -58,7 +58,7 @@ def test_settings_are_those_of_run(tmp_path):
     settings = {"gravity": "0,0,-1", "integrator.formulation": "index3", "crankPivot.motorTorque": "0.1"}
     options = " ".join(f"--set {name}={value}" for name, value in settings.items())
     assert "crankPivot.motorTorque = 0.1" in succeed(f"linearize SliderCrank --at 0.1 {options} --file {file}").stdout
-    expected = sigmafmu.linearize("SliderCrank", 0.1, settings=settings)
+    expected = sigmafmu.linearize("SliderCrank", 0.1, parameters=settings)
     np.testing.assert_array_equal(np.load(file)["A"], expected.A)
     assert not np.allclose(expected.A, sigmafmu.linearize("SliderCrank", 0.1).A)
 
@@ -88,7 +88,7 @@ def test_trim_writes_what_starts_the_fmu_at_rest(fmu, tmp_path):
     assert "SliderCrank at rest" in result.stdout
     assert "crankPivot.motorTorque = -0.116638" in result.stdout
     assert "unstable: neighbours leave with 5.426 1/s" in result.stdout
-    run = simulate(fmu("SliderCrank"), stop_time=0.1, settings=json.loads(file.read_text()))
+    run = Model(fmu("SliderCrank")).run(stop_time=0.1, parameters=json.loads(file.read_text()))
     np.testing.assert_allclose(run["crankPivot.angle"], 0.5, atol=1e-9)
 
 

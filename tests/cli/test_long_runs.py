@@ -10,7 +10,9 @@ from typer.testing import CliRunner
 
 from sigmafmu import SigmafmuError, cli, console, estimate
 from sigmafmu.cli import app
-from sigmafmu.simulate import CHUNK_ROWS, communication_steps, simulate
+from sigmafmu.model import Model
+from sigmafmu.recorder import CHUNK_ROWS
+from sigmafmu.steps import communication_steps
 
 HUGE = ["run", "HeavyTop", "--stop-time", "1e9"]
 
@@ -52,12 +54,12 @@ def test_a_file_that_the_disk_has_no_room_for_is_refused(tmp_path):
 
 def test_the_estimate_is_right(fmu, tmp_path):
     """Size within a fifth; time within a factor of 30, for what a short run takes on a busy machine is chance."""
-    arguments = {"stop_time": 40.0, "step_size": 1e-3, "settings": {}, "variables": ("top.position",)}
-    found = estimate.cost(fmu("HeavyTop"), **arguments, output=tmp_path / "out.csv")
+    arguments = {"stop_time": 40.0, "step_size": 1e-3, "parameters": {}, "outputs": ("top.position",)}
+    found = estimate.cost(Model(fmu("HeavyTop")), **arguments, output=tmp_path / "out.csv")
     options = ["--stop-time", 40, "--step-size", 1e-3, "--variables", "top.position"]
     assert invoke(["run", "HeavyTop", *options, "--output", tmp_path / "out.csv"]).exit_code == 0
     assert found.file_size == pytest.approx((tmp_path / "out.csv").stat().st_size, rel=0.2)
-    taken = simulate(fmu("HeavyTop"), **arguments).statistics.wall_time
+    taken = Model(fmu("HeavyTop")).run(**arguments).statistics.wall_time
     assert taken / 30 < found.seconds < 30 * taken
 
 
@@ -65,7 +67,7 @@ def test_memory_is_that_of_the_rows_kept(fmu):
     rows = []
     options = {"stop_time": 5.0, "step_size": 2.5e-4, "on_rows": lambda _names, r: rows.append(len(r))}
     tracemalloc.start()
-    result = simulate(fmu("HeavyTop"), keep_every=1000, **options)
+    result = Model(fmu("HeavyTop")).run(keep_every=1000, **options)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert sum(rows) == 20001
@@ -77,8 +79,8 @@ def test_memory_is_that_of_the_rows_kept(fmu):
 @pytest.mark.parametrize("keep_every", [1, 7, CHUNK_ROWS, CHUNK_ROWS + 1, 10**6])
 def test_kept_rows_are_every_nth_and_the_last(fmu, keep_every):
     pieces = []
-    options = {"stop_time": 0.3, "step_size": 1e-4, "variables": ["energy.kinetic", "integrator.steps"]}
-    result = simulate(fmu("HeavyTop"), keep_every=keep_every, on_rows=lambda _n, r: pieces.append(r.copy()), **options)
+    options = {"stop_time": 0.3, "step_size": 1e-4, "outputs": ["energy.kinetic", "integrator.steps"]}
+    result = Model(fmu("HeavyTop")).run(keep_every=keep_every, on_rows=lambda _n, r: pieces.append(r.copy()), **options)
     every = np.concatenate(pieces)
     assert len(every) == 3001
     wanted = sorted({*range(0, 3001, keep_every), 3000})
@@ -88,7 +90,7 @@ def test_kept_rows_are_every_nth_and_the_last(fmu, keep_every):
 
 def test_rows_that_no_memory_can_hold_are_refused(fmu):
     with pytest.raises(SigmafmuError, match=r"rows of 2 columns take .* GB, and this machine has"):
-        simulate(fmu("HeavyTop"), stop_time=1e9, step_size=1e-3, variables=["energy.total"])
+        Model(fmu("HeavyTop")).run(stop_time=1e9, step_size=1e-3, outputs=["energy.total"])
 
 
 def test_communication_steps_are_computed_when_asked_for(fmu):
@@ -122,5 +124,5 @@ def test_disk_is_asked_where_the_file_will_be(fmu, tmp_path, monkeypatch):
     usage = namedtuple("usage", "free")(0)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: asked.append(folder) or usage)
     with pytest.raises(SigmafmuError, match="0 GB are free there"):
-        estimate.cost(fmu("HeavyTop"), 100.0, 1e-3, {}, ("energy.total",), tmp_path / "out.csv")
+        estimate.cost(Model(fmu("HeavyTop")), 100.0, 1e-3, {}, ("energy.total",), tmp_path / "out.csv")
     assert asked == [tmp_path]

@@ -9,13 +9,14 @@ from typer.testing import CliRunner
 
 from sigmafmu import SigmafmuError
 from sigmafmu.cli import app
+from sigmafmu.model import Model
 from sigmafmu.sigma import Advice, Scan, Spin, _spin, advise, figure, runs, sentences
 from sigmafmu.spin_sigma import is_nearly_symmetric, mean_ratio, precession_sigma, unsymmetric_sigma
 
 
 @pytest.fixture(scope="module")
 def top(fmu):
-    return advise(fmu("HeavyTop"), {}, stop_time=1.0)
+    return advise(Model(fmu("HeavyTop")), {}, stop_time=1.0)
 
 
 def test_the_heavy_tops_optimum_is_that_of_the_study(top):
@@ -34,7 +35,7 @@ def test_the_heavy_tops_optimum_is_that_of_the_study(top):
 
 
 def test_the_rotors_optimum_is_the_closed_form(fmu):
-    advice = advise(fmu("HighSpeedRotor"), {"integrator.stepSize": 1e-5}, stop_time=0.05)
+    advice = advise(Model(fmu("HighSpeedRotor")), {"integrator.stepSize": 1e-5}, stop_time=0.05)
     (spin,), (scan,) = advice.spins, advice.scans
     assert scan.best == pytest.approx(spin.sigma, abs=0.02)
     assert scan.gain > 5
@@ -43,24 +44,24 @@ def test_the_rotors_optimum_is_the_closed_form(fmu):
 def test_what_is_set_counts(fmu):
     """ρ∞ moves σ*, an inertia moves p."""
     settings = {"integrator.spectralRadius": 1.0, "rotor.inertia.xx": 1e-3, "integrator.stepSize": 2e-5}
-    advice = advise(fmu("HighSpeedRotor"), settings, stop_time=0.002)
+    advice = advise(Model(fmu("HighSpeedRotor")), settings, stop_time=0.002)
     (spin,) = advice.spins
     start = float(fmu("HighSpeedRotor").variables["rotor.inertia.yy"].start)
     assert spin.ratio == pytest.approx(1e-3 / start)
     assert spin.sigma == pytest.approx(4 / 3 + 2 / (3 * spin.ratio))
     with pytest.raises(SigmafmuError, match=r"'integrator.sigma' cannot be set here"):
-        advise(fmu("HighSpeedRotor"), {"integrator.sigma": 1.5})
+        advise(Model(fmu("HighSpeedRotor")), {"integrator.sigma": 1.5})
 
 
 def test_a_mechanism_at_rest_is_told(fmu):
     with pytest.raises(SigmafmuError, match=r"SpinUpBeam does not move in 0\.1 s; set an input"):
-        advise(fmu("SpinUpBeam"), {}, stop_time=0.1)
+        advise(Model(fmu("SpinUpBeam")), {}, stop_time=0.1)
 
 
 def test_progress_counts_every_run(fmu):
     count = []
-    advise(fmu("HighSpeedRotor"), {}, stop_time=0.001, advance=lambda: count.append(1))
-    assert len(count) == runs(fmu("HighSpeedRotor"))
+    advise(Model(fmu("HighSpeedRotor")), {}, stop_time=0.001, advance=lambda: count.append(1))
+    assert len(count) == runs(Model(fmu("HighSpeedRotor")))
 
 
 @pytest.mark.parametrize("moments", [(0.2, 0.1, 0.1), (0.1, 0.1, 0.1), (0.05, 0.1, 0.1)])

@@ -5,8 +5,9 @@ import pytest
 
 from sigmafmu import SigmafmuError
 from sigmafmu.compare import distance, find_reference
+from sigmafmu.model import Model
 from sigmafmu.result import Result, Statistics
-from sigmafmu.simulate import communication_steps, simulate
+from sigmafmu.steps import communication_steps
 
 
 @pytest.mark.parametrize(
@@ -22,7 +23,11 @@ def test_communication_steps_reach_the_stop_time(fmu, stop_time, step_size, coun
 
 
 def test_statistics_count_what_the_integrator_did(fmu):
-    s = simulate(fmu("SliderCrank"), stop_time=0.1, step_size=0.01, settings={"integrator.stepSize": 0.001}).statistics
+    s = (
+        Model(fmu("SliderCrank"))
+        .run(stop_time=0.1, step_size=0.01, parameters={"integrator.stepSize": 0.001})
+        .statistics
+    )
     assert (s.simulated_time, s.communication_steps, s.steps, s.retries) == (pytest.approx(0.1), 10, 100, 0)
     assert s.newton_per_step == s.newton_iterations / 100 >= 1
     assert s.real_time_factor == pytest.approx(s.simulated_time / s.wall_time)
@@ -30,7 +35,7 @@ def test_statistics_count_what_the_integrator_did(fmu):
 
 def test_every_model_runs_and_progress_reaches_the_end(fmu, model):
     times: list[float] = []
-    result = simulate(fmu(model), stop_time=0.01, step_size=0.001, on_time=times.append)
+    result = Model(fmu(model)).run(stop_time=0.01, step_size=0.001, on_time=times.append)
     assert times == list(result.time[1:])
     assert np.isfinite(result.values).all()
     assert result.values.shape == (11, len(result.names))

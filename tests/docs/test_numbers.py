@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sigmafmu.fmu import Fmu
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 from .pages import ROOT, prose
 
@@ -94,7 +94,7 @@ def test_readmes_example_helps():
     def largest(fmu, stop_time, point, **settings):
         own = {f"integrator.{name}": value for name, value in settings.items()}
         runs = [
-            simulate(fmu, stop_time=stop_time, step_size=stop_time / 50, variables=[point], settings=s)[point]
+            Model(fmu).run(stop_time=stop_time, step_size=stop_time / 50, outputs=[point], parameters=s)[point]
             for s in (REFERENCE, own)
         ]
         return np.linalg.norm(runs[1] - runs[0], axis=1).max()

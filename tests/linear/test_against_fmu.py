@@ -6,7 +6,7 @@ import pytest
 import sigmafmu
 from research.linear import EXPERIMENTS, TIMES, check, points
 from sigmafmu import _core
-from sigmafmu.simulate import started
+from sigmafmu.instance import Instance
 
 LARGEST = {"point": 1e-8, "A": 1e-7, "B": 1e-8, "C": 5e-6, "D": 1e-9}
 """C includes reactions, whose differences lose digits to the FMU's own projection onto the constraints."""
@@ -73,7 +73,9 @@ def test_response_to_a_step_is_that_of_the_fmu(fmu, model, free, hold, push, out
     plant = fmu(model)
     accurate = {"integrator.method": "rkmk4", "integrator.stepSize": 1e-4}
     found, expected = [], []
-    with started(plant, accurate | rest.start_values()) as slave:
+    with Instance(plant, accurate | rest.start_values()) as instance:
+        instance.start()
+        slave = instance.slave
         references = plant.references(list(linear.outputs))
         start = np.array(slave.getReal(references))
         slave.setReal(plant.references(list(linear.inputs)), linear.u0 + u)

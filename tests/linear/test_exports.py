@@ -91,14 +91,14 @@ def test_json_holds_matrices_and_names(linear, tmp_path):
 @pytest.mark.parametrize(
     ("package", "use", "message"),
     [
-        ("control", lambda m, _: m.to_control(), "needs python-control"),
-        ("scipy.linalg", lambda m, _: m.to_discrete(1e-3), "discrete time needs SciPy"),
-        ("scipy.io", lambda m, path: m.save(path / "top.mat"), r"\.mat files need SciPy"),
+        ("control", lambda m, _: m.to_control(), "control is not installed"),
+        ("scipy.linalg", lambda m, _: m.to_discrete(1e-3), "scipy is not installed"),
+        ("scipy.io", lambda m, path: m.save(path / "top.mat"), "scipy is not installed"),
     ],
 )
 def test_missing_packages_are_explained(linear, tmp_path, monkeypatch, package, use, message):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(SigmafmuError, match=message + r": pip install '\.\[linear\]'"):
+    with pytest.raises(SigmafmuError, match=message + r".*pip install '\.\[linear\]'"):
         use(linear, tmp_path)
 
 

@@ -6,7 +6,7 @@ from scipy.linalg import solve_continuous_are
 
 import sigmafmu
 from sigmafmu import _core
-from sigmafmu.simulate import started
+from sigmafmu.instance import Instance
 
 H = 1e-3
 
@@ -25,7 +25,9 @@ def test_slider_crank_is_held_where_it_would_fall(fmu, gain):
     K = gain * regulator(model, np.diag([100.0, 1.0]), np.eye(1))
     start = sigmafmu.trim("SliderCrank", inputs=motor, hold={"crankPivot.angle": 0.9})
     plant = fmu("SliderCrank")
-    with started(plant, start.start_values()) as slave:
+    with Instance(plant, start.start_values()) as instance:
+        instance.start()
+        slave = instance.slave
         measured, driven = plant.references(list(model.states)), plant.references(motor)
         for i in range(3000):
             x = np.array(slave.getReal(measured)) - model.x0
@@ -52,13 +54,15 @@ def test_heavy_top_is_held_upright(fmu, spin, gain):
             "top.initialAngularVelocity": [0, spin, 0],
         }
 
-    model = sigmafmu.linearize("HeavyTop", settings=tilted(0.0), inputs=["top.torque"], frame="body")
+    model = sigmafmu.linearize("HeavyTop", parameters=tilted(0.0), inputs=["top.torque"], frame="body")
     assert model.is_steady
     assert model.poles().real.max() > 3
     K = gain * regulator(model, np.diag([1e4] * 3 + [1e2] * 3), np.eye(3))
     plant = fmu("HeavyTop")
     upright = _core.lie.rotation_matrix(np.array(tilted(0.0)["top.initialQuaternion"]))
-    with started(plant, tilted(0.3)) as slave:
+    with Instance(plant, tilted(0.3)) as instance:
+        instance.start()
+        slave = instance.slave
         references = {
             name: plant.references([f"top.{name}[{i + 1}]" for i in range(n)])
             for name, n in (("quaternion", 4), ("angularVelocity", 3), ("torque", 3), ("position", 3))

@@ -42,6 +42,6 @@ def test_poles_of_the_upright_top_are_those_of_the_page():
         ("world", r"±(\d+\.\d+)i and\n?\s*±(\d+\.\d+)i in W"),
         ("body", r"±(\S+)i and ±(\S+)i in its own"),
     ):
-        poles = sigmafmu.linearize("HeavyTop", settings=settings, frame=frame).poles()
+        poles = sigmafmu.linearize("HeavyTop", parameters=settings, frame=frame).poles()
         found = np.unique(np.abs(poles.imag).round(9))[-2:]
         np.testing.assert_allclose(found, [float(x) for x in re.search(told, PAGE).groups()], rtol=1e-3)

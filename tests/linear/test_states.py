@@ -5,7 +5,7 @@ import pytest
 
 import sigmafmu
 from sigmafmu import SigmafmuError
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 TOP = tuple(f"top.{kind}[{i}]" for kind in ("rotationW", "angularVelocityW") for i in (1, 2, 3))
 CRANK = ("crankPivot.angle", "crankPivot.angularRate")
@@ -93,7 +93,7 @@ def test_rotation_vectors_have_no_jump_at_half_a_turn(short):
     half = (np.pi - short) / 2
     settings = {"rotor.initialQuaternion": [np.cos(half), np.sin(half), 0, 0]}
     linear = sigmafmu.linearize(
-        "HighSpeedRotor", settings=settings, outputs=["rotor.rotationVector", "rotor.quaternion"]
+        "HighSpeedRotor", parameters=settings, outputs=["rotor.rotationVector", "rotor.quaternion"]
     )
     column = dict(zip(linear.outputs, linear.C[:, linear.states.index("rotor.rotationW[1]")], strict=True))
     assert column["rotor.rotationVector[1]"] == pytest.approx(1.0, abs=1e-9)
@@ -104,8 +104,8 @@ def test_rotation_vectors_have_no_jump_at_half_a_turn(short):
 def test_operating_point_is_where_the_fmu_gets_to(fmu):
     """With turns of the crank, and with a constant torque."""
     settings, u0 = {"gravity": "0,0,-3", "integrator.formulation": "index3"}, {"crankPivot.motorTorque": 0.2}
-    linear = sigmafmu.linearize("SliderCrank", 1.5, settings=settings, u0=u0)
-    run = simulate(fmu("SliderCrank"), stop_time=1.5, step_size=1e-4, settings=settings | u0)
+    linear = sigmafmu.linearize("SliderCrank", 1.5, parameters=settings, u0=u0)
+    run = Model(fmu("SliderCrank")).run(stop_time=1.5, step_size=1e-4, parameters=settings | u0)
     assert linear.x0[0] > 4 * np.pi
     for name, value in zip(linear.outputs, linear.y0, strict=True):
         assert value == pytest.approx(run[name][-1], rel=1e-9, abs=1e-9), name
@@ -115,7 +115,7 @@ def test_operating_point_is_where_the_fmu_gets_to(fmu):
 
 def test_inputs_among_the_settings_are_the_same():
     one = sigmafmu.linearize("SliderCrank", 0.1, u0={"crankPivot.motorTorque": 0.2})
-    other = sigmafmu.linearize("SliderCrank", 0.1, settings={"crankPivot.motorTorque": "0.2"})
+    other = sigmafmu.linearize("SliderCrank", 0.1, parameters={"crankPivot.motorTorque": "0.2"})
     assert (one.A == other.A).all()
     assert (one.u0 == other.u0).all()
     with pytest.raises(SigmafmuError, match=r"'crank\.mass' is no input of SliderCrank"):
@@ -159,12 +159,12 @@ def test_vectors_and_patterns_name_inputs_and_outputs():
         ({"outputs": ["crank.posit"]}, r"no output 'crank\.posit'; did you mean crank\.position"),
         ({"outputs": ["constraint.positionResidual"]}, r"tells about the solver"),
         ({"coordinates": ["guide"]}, r"no coordinate 'guide'"),
-        ({"settings": {"crank.masss": 1.0}}, r"no variable 'crank\.masss'; did you mean crank\.mass"),
-        ({"settings": {"crank.mass": -1.0}}, r"crank\.mass is -1 kg; it must be"),
-        ({"settings": {"crank.mass": "heavy"}}, r"'crank\.mass' needs a number, not 'heavy'"),
-        ({"settings": {"crank.inertia.xx": 1.0}}, r"cannot start: .*crank\.inertia"),
-        ({"settings": {"gravity": "0,1"}}, r"'gravity' has 3 elements"),
-        ({"settings": {"integrator.formulation": "index7"}}, r"choose one of index3, index2, stabilizedIndex2"),
+        ({"parameters": {"crank.masss": 1.0}}, r"no variable 'crank\.masss'; did you mean crank\.mass"),
+        ({"parameters": {"crank.mass": -1.0}}, r"crank\.mass is -1 kg; it must be"),
+        ({"parameters": {"crank.mass": "heavy"}}, r"'crank\.mass' needs a number, not 'heavy'"),
+        ({"parameters": {"crank.inertia.xx": 1.0}}, r"cannot start: .*crank\.inertia"),
+        ({"parameters": {"gravity": "0,1"}}, r"'gravity' has 3 elements"),
+        ({"parameters": {"integrator.formulation": "index7"}}, r"choose one of index3, index2, stabilizedIndex2"),
         ({"u0": {"crankPivot.motorTorque": np.inf}}, r"'crankPivot\.motorTorque' must be finite, not inf"),
         ({"frame": "moon"}, r"the frame must be world or body, not 'moon'"),
     ],

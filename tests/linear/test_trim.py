@@ -5,7 +5,7 @@ import pytest
 
 import sigmafmu
 from sigmafmu import SigmafmuError
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 MOTOR = ["crankPivot.motorTorque"]
 
@@ -27,7 +27,7 @@ def test_the_fmu_stays_where_it_is_trimmed(fmu, model, inputs, hold):
     assert linear.is_equilibrium
     for name, value in hold.items():
         assert linear.y0[linear.outputs.index(name)] == pytest.approx(value, abs=1e-10)
-    run = simulate(fmu(model), stop_time=0.05, settings=rest.start_values())
+    run = Model(fmu(model)).run(stop_time=0.05, parameters=rest.start_values())
     for name in run.names:
         if name.endswith((".position[3]", ".displacement", ".angle")) or ".modal[" in name:
             assert np.ptp(run[name]) < 1e-6, name
@@ -58,20 +58,20 @@ def test_a_held_rate_makes_a_steady_motion():
 def test_a_held_spin_keeps_a_top_upright(fmu, name):
     """In axes of the body or of W."""
     upright = {"top.initialPosition": [0, 0, 1], "top.initialQuaternion": [np.sqrt(0.5), np.sqrt(0.5), 0, 0]}
-    point = sigmafmu.trim("HeavyTop", settings=upright, hold={name: 300.0})
+    point = sigmafmu.trim("HeavyTop", parameters=upright, hold={name: 300.0})
     np.testing.assert_allclose(point.v, [0, 0, 0, 0, 300, 0], atol=1e-9)
-    run = simulate(fmu("HeavyTop"), stop_time=0.2, settings=point.start_values())
+    run = Model(fmu("HeavyTop")).run(stop_time=0.2, parameters=point.start_values())
     assert np.ptp(run["top.position"], axis=0).max() < 1e-9
 
 
 def test_start_values_hold_the_settings(fmu):
     settings = {"gravity": "0,1,-5", "integrator.formulation": "index3", "crank.mass": 0.3}
     settings["crank.initialAngularVelocity[1]"] = 7.0
-    rest = sigmafmu.trim("SliderCrank", settings=settings, inputs=MOTOR, hold={"crankPivot.angle": 0.5})
+    rest = sigmafmu.trim("SliderCrank", parameters=settings, inputs=MOTOR, hold={"crankPivot.angle": 0.5})
     values = rest.start_values()
     assert values["gravity[3]"] == -5.0
     assert values["crank.initialAngularVelocity[1]"] == 0.0  # of the point, not of the settings
-    run = simulate(fmu("SliderCrank"), stop_time=0.05, settings=values)
+    run = Model(fmu("SliderCrank")).run(stop_time=0.05, parameters=values)
     assert np.ptp(run["crankPivot.angle"]) < 1e-9
     assert sigmafmu.linearize(rest).start_values == values
 
@@ -104,5 +104,5 @@ def test_failures_are_explained(options, message):
 
 def test_a_point_has_its_settings_already():
     point = sigmafmu.trim("SliderCrank")
-    with pytest.raises(SigmafmuError, match=r"a point has its time, settings and inputs already"):
-        sigmafmu.linearize(point, settings={"crank.mass": 1.0})
+    with pytest.raises(SigmafmuError, match=r"a point has its time, parameters and inputs already"):
+        sigmafmu.linearize(point, parameters={"crank.mass": 1.0})

@@ -16,6 +16,7 @@ from research.reference import TOP, TOP_PIVOT, Rotor
 from research.reference.minimal_coordinates import SliderCrank
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
+from sigmafmu.instance import Instance, SimulationError
 from sigmafmu.loop.closed_loop import off, run_closed_loop
 from sigmafmu.loop.controller_fmu import build
 from sigmafmu.loop.controllers.axis_attitude import AxisAttitude
@@ -23,7 +24,6 @@ from sigmafmu.loop.controllers.speed_pi import SpeedPI
 from sigmafmu.loop.loops import CONTROLLER, LOOPS, Loop, find
 from sigmafmu.loop.performance import PERFORMANCE, axis_error, whirl
 from sigmafmu.result import Result
-from sigmafmu.simulate import SimulationError, started
 
 CRANK, ROTOR, TOP_LOOP = LOOPS["SliderCrank"], LOOPS["HighSpeedRotor"], LOOPS["HeavyTop"]
 Inputs = Mapping[str, float]
@@ -224,7 +224,9 @@ def test_samples_see_the_outputs_at_their_time_and_inputs_hold_from_then_on(fmu)
 
     result = run_closed_loop(CRANK, H, n * H, law)
     rate, torque = fmu("SliderCrank").references(["crankPivot.angularRate", "crankPivot.motorTorque"])
-    with started(fmu("SliderCrank"), {}) as slave:
+    with Instance(fmu("SliderCrank")) as instance:
+        instance.start()
+        slave = instance.slave
         for i in range(n):
             (speed,) = slave.getReal([rate])
             assert seen[i] == (i * H, H, speed)

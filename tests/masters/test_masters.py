@@ -22,7 +22,7 @@ from sigmafmu.masters.gemseo import PYTHON_VARIABLE, Gemseo
 from sigmafmu.masters.java import CACHE_VARIABLE
 from sigmafmu.masters.maestro import Maestro
 from sigmafmu.masters.process import ProcessError, output_of
-from sigmafmu.simulate import simulate
+from sigmafmu.model import Model
 
 VALIDATORS = [tool for tool in tools() if isinstance(tool, Validator)]
 MASTERS = [tool for tool in tools() if isinstance(tool, Master) and not isinstance(tool, FmpyMaster)]
@@ -90,7 +90,7 @@ def test_a_decimal_step_differs_by_rounding_only(fmu, model, tool):
 
 def test_our_own_loop_gets_the_bits_of_fmpy(fmu, model):
     run = standard_run(fmu(model))
-    result = simulate(run.fmu, stop_time=run.stop_time, step_size=run.H, settings=PARAMETERS)
+    result = Model(run.fmu).run(stop_time=run.stop_time, step_size=run.H, parameters=PARAMETERS)
     got = {name: result[name][1:] for name in result.names}
     assert largest_difference(got, FmpyMaster().simulate(run)) == 0
 
@@ -240,7 +240,7 @@ def test_the_example_for_gemseo_runs_and_sets_the_fixed_parameter(fmu, tmp_path)
     (tmp_path / "example.py").write_text(snippet("docs/fmi.md", "gemseo_fmu") + "\nprint(float(energy[-1]))\n")
     shown = output_of([tool._python, "example.py"], tmp_path)
     settings = {"gravity[3]": -1.62, "crank.mass": 0.3}
-    expected = simulate(crank, stop_time=0.1, settings=settings, variables=["energy.total"])["energy.total"][-1]
+    expected = Model(crank).run(stop_time=0.1, parameters=settings, outputs=["energy.total"])["energy.total"][-1]
     assert float(shown.split()[-1]) == pytest.approx(expected, rel=1e-9)
 
 

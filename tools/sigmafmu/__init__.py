@@ -1,16 +1,61 @@
-"""Multibody mechanisms as FMI 2.0 co-simulation FMUs: where the FMUs are, and the tools around them.
+"""Multibody mechanisms as FMI 2.0 co-simulation FMUs, and their Python interface.
 
 >>> import sigmafmu
->>> sigmafmu.models()  # doctest: +SKIP
-['HeavyTop', 'HighSpeedRotor', 'SliderCrank']
->>> fmpy.simulate_fmu(sigmafmu.fmu_path("HeavyTop"))  # doctest: +SKIP
+>>> model = sigmafmu.load("SliderCrank")  # doctest: +SKIP
+>>> result = model.run(2.0, parameters={"crank.mass": 0.5})  # doctest: +SKIP
+>>> result["guide.displacement"]  # doctest: +SKIP
+
+What is in `__all__` is public and stays (docs/development.md); everything else may change with any version. The names
+are imported when they are asked for.
 """
 
 import importlib
 import os
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sigmafmu.fmu import LogMessage as LogMessage
+    from sigmafmu.instance import Instance as Instance
+    from sigmafmu.instance import SimulationError as SimulationError
+    from sigmafmu.instance import State as State
+    from sigmafmu.linear import Campbell as Campbell
+    from sigmafmu.linear import CriticalSpeed as CriticalSpeed
+    from sigmafmu.linear import LinearModel as LinearModel
+    from sigmafmu.linear import OperatingPoint as OperatingPoint
+    from sigmafmu.linear import linearize as linearize
+    from sigmafmu.linear import trim as trim
+    from sigmafmu.model import Model as Model
+    from sigmafmu.model import load as load
+    from sigmafmu.packing import build_fmu as build_fmu
+    from sigmafmu.result import NotRecordedError as NotRecordedError
+    from sigmafmu.result import Result as Result
+    from sigmafmu.result import Statistics as Statistics
+    from sigmafmu.variables import Variable as Variable
+
+_MODULES = {
+    "Campbell": "sigmafmu.linear",
+    "CriticalSpeed": "sigmafmu.linear",
+    "Instance": "sigmafmu.instance",
+    "LinearModel": "sigmafmu.linear",
+    "LogMessage": "sigmafmu.fmu",
+    "Model": "sigmafmu.model",
+    "NotRecordedError": "sigmafmu.result",
+    "OperatingPoint": "sigmafmu.linear",
+    "Result": "sigmafmu.result",
+    "SimulationError": "sigmafmu.instance",
+    "State": "sigmafmu.instance",
+    "Statistics": "sigmafmu.result",
+    "Variable": "sigmafmu.variables",
+    "build_fmu": "sigmafmu.packing",
+    "linearize": "sigmafmu.linear",
+    "load": "sigmafmu.model",
+    "trim": "sigmafmu.linear",
+}
+"""Public names that are imported when they are asked for, and where they are."""
+
+__all__ = ["SigmafmuError", "__version__", "fmu_path", "fmus_dir", "models", *_MODULES]  # noqa: PLE0604
 
 __version__ = version("sigmafmu")
 
@@ -19,7 +64,7 @@ FMUS_VARIABLE = "SIGMAFMU_FMUS"
 
 
 class SigmafmuError(Exception):
-    """An error that its one-sentence message explains to a user."""
+    """An error that its one-sentence message explains to a user. All errors of this package are of this type."""
 
 
 def fmus_dir() -> Path:
@@ -42,11 +87,11 @@ def fmu_path(model: str) -> Path:
     return path
 
 
-_MODULES = {"build_fmu": "sigmafmu.packing", "linearize": "sigmafmu.linear", "trim": "sigmafmu.linear"}
-"""What is imported when it is asked for."""
-
-
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'sigmafmu' has no attribute '{name}'")
     return getattr(importlib.import_module(_MODULES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,7 +1,6 @@
 """The command `sigmafmu`."""
 
 import sys
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -10,11 +9,20 @@ from rich.markup import escape
 
 import sigmafmu
 from sigmafmu import SigmafmuError
-from sigmafmu.console import OneLineErrors, agreed, err, out, progress_bar, show_message, split_setting, write_text
-from sigmafmu.linear.cli import register as register_linear
+from sigmafmu.console import (
+    ModelName,
+    OneLineErrors,
+    agreed,
+    err,
+    out,
+    progress_bar,
+    show_message,
+    split_setting,
+    write_text,
+)
+from sigmafmu.linear_cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
-from sigmafmu.mechanism_file.cli import is_mechanism_file
 from sigmafmu.mechanism_file.cli import register as register_mechanism_file
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
@@ -24,8 +32,6 @@ app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False,
 
 PLOTTED_ROWS = 20_000
 """A figure shows no more; a longer run is written row by row and thinned out for the figure."""
-
-ModelName = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]
 
 
 def _show_version(wanted: bool) -> None:
@@ -46,18 +52,16 @@ def main(
 @app.command("list", epilog="Example: sigmafmu list")
 def list_models() -> None:
     """List the models with a line about each."""
-    from sigmafmu.fmu import Fmu
-
     names = sigmafmu.models()
     if not names:
         raise SigmafmuError(f"there are no FMUs in {sigmafmu.fmus_dir()}")
     for name in names:
-        description = Fmu.of_model(name).description.description or ""
+        description = sigmafmu.load(name).description
         out.print(f"[cyan]{name:<{max(map(len, names))}}[/cyan]  {escape(description)}", soft_wrap=True)
 
 
 @app.command(epilog="Example: sigmafmu path HeavyTop")
-def path(model: ModelName) -> None:
+def path(model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]) -> None:
     """Print the path of a model's FMU, for scripts and other masters."""
     typer.echo(sigmafmu.fmu_path(model))
 
@@ -69,11 +73,9 @@ def info(
     descriptions: Annotated[bool, typer.Option("--descriptions", "-v", help="Tell what each variable means.")] = False,
 ) -> None:
     """Describe a model: capabilities, parameters, integrator settings, inputs and outputs."""
-    from sigmafmu.fmu import Fmu
     from sigmafmu.info import every_variable, summary
 
-    fmu = Fmu.of_model(model)
-    out.print((every_variable if every else summary)(fmu, descriptions))
+    out.print((every_variable if every else summary)(sigmafmu.load(model).fmu, descriptions))
 
 
 @app.command(
@@ -81,9 +83,7 @@ def info(
     "--set integrator.sigma=1.6 --set gravity=0,0,-1.62 --output out.csv --plot out.png"
 )
 def run(
-    model: Annotated[
-        str, typer.Argument(metavar="MODEL|FILE", help="A model, see `sigmafmu list`, a mechanism file, or an FMU.")
-    ],
+    model: ModelName,
     stop_time: Annotated[float | None, typer.Option(help="Seconds to simulate; default: the model's own.")] = None,
     step_size: Annotated[float | None, typer.Option(help="Communication step in s; default: the model's own.")] = None,
     settings: Annotated[
@@ -101,60 +101,55 @@ def run(
     animation: Annotated[
         Path | None, typer.Option("--animate", metavar="HTML", help="Write a page here that shows the motion.")
     ] = None,
+    phase: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Draw rates of joint coordinates over the coordinates here.")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before a run of over ten minutes or 1 GB.")] = False,
 ) -> None:
-    """Simulate a model through FMPy, or a mechanism file, and write or plot its variables."""
+    """Simulate a model, and write or plot its variables."""
     from sigmafmu.estimate import cost
-    from sigmafmu.fmu import Fmu
     from sigmafmu.result import CsvWriter
-    from sigmafmu.simulate import SimulationError, communication_steps, simulate
+    from sigmafmu.steps import communication_steps
 
-    for file in (output, plot, animation):
+    for file in (output, plot, phase, animation):
         if file and not file.absolute().parent.is_dir():
             raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
     values, names = dict(split_setting(s) for s in settings or ()), variables or ()
-    if is_mechanism_file(model):
-        from sigmafmu.mechanism_file.load import load
-        from sigmafmu.mechanism_file.run import simulate_file, steps_of_file
-
-        mechanism = load(model)
-        steps, simulated = steps_of_file(mechanism, stop_time, step_size), partial(simulate_file, mechanism)
-    else:
-        fmu = Fmu.of(model)
-        expected = cost(fmu, stop_time, step_size, values, names, output)
-        if expected.is_large and not agreed(f"this run takes {expected}", yes):
-            raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")
-        steps, simulated = communication_steps(fmu, stop_time, step_size), partial(simulate, fmu)
+    loaded = sigmafmu.load(model)
+    expected = cost(loaded, stop_time, step_size, values, names, output)
+    if expected.is_large and not agreed(f"this run takes {expected}", yes):
+        raise SigmafmuError(f"not run: it takes {expected}; --yes runs it all the same")
+    steps = communication_steps(loaded.fmu, stop_time, step_size)
     keep_every = -(-len(steps) // PLOTTED_ROWS)
-    failure = None
-    with progress_bar(err, model, sum(steps[-1])) as move_to, CsvWriter(output or Path()) as writer:
+    failure, result = None, None
+    with progress_bar(err, loaded.name, steps.end) as move_to, CsvWriter(output or Path()) as writer:
         try:
-            result = simulated(
-                stop_time=stop_time,
+            result = loaded.run(
+                stop_time,
                 step_size=step_size,
-                settings=values,
-                variables=names,
+                parameters=values,
+                outputs=names,
                 keep_every=keep_every,
                 on_rows=writer.write if output else None,
                 on_time=move_to,
                 on_message=show_message,
             )
-        except SimulationError as error:
+        except sigmafmu.SimulationError as error:
             failure, result = error, error.result
     if result:
         out.print(result.summary(), soft_wrap=True)
         if output:
             out.print(f"wrote {output} ({writer.rows} rows, {len(result.names)} variables)", soft_wrap=True)
-        if plot:
-            from sigmafmu.plots import plot as draw
-
-            draw(result, plot, named=bool(names))
-            thinned = f" (every {keep_every}th row)" if keep_every > 1 else ""
-            out.print(f"wrote {plot}{thinned}", soft_wrap=True)
+        thinned = f" (every {keep_every}th row)" if keep_every > 1 else ""
+        for picture in (plot, phase):
+            if picture:
+                result.plot(picture, names and result.names, phase=picture is phase)
+                out.print(f"wrote {picture}{thinned}", soft_wrap=True)
         if animation:
-            from sigmafmu.view.cli import animate
+            from sigmafmu.view.cli import write_page
+            from sigmafmu.view.subject import scene_of_fmu
 
-            animate(result.source, result, animation, tuple(names))
+            write_page(scene_of_fmu(loaded.fmu), result, animation, tuple(names))
     if failure:
         raise failure
 
@@ -179,10 +174,9 @@ def realtime(
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a histogram as PNG.")] = None,
 ) -> None:
     """Pace fmi2DoStep with the wall clock and show how long the steps take."""
-    from sigmafmu.fmu import Fmu
     from sigmafmu.realtime import run as run_paced
 
-    latency = run_paced(Fmu.of_model(model), rate, duration, dict(map(split_setting, settings or [])))
+    latency = run_paced(sigmafmu.load(model), rate, duration, dict(map(split_setting, settings or [])))
     out.print(latency.table())
     if plot:
         latency.plot(plot)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,8 +14,14 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from typer.core import TyperGroup
 
 from sigmafmu import SigmafmuError, extras
-from sigmafmu.fmu import LogMessage
 from sigmafmu.mechanism_file.problems import MechanismFileError
+
+if TYPE_CHECKING:
+    from sigmafmu import LogMessage
+
+ModelName = Annotated[
+    str, typer.Argument(metavar="MODEL|FILE", help="A model, see `sigmafmu list`, a mechanism file, or an FMU.")
+]
 
 PLAIN_WIDTH = 120
 """Columns when the output is not a terminal, so that a log or a file gets readable tables."""
@@ -84,7 +90,7 @@ class OneLineErrors(TyperGroup):
         raise typer.Exit(1) from cause
 
 
-def show_message(message: LogMessage) -> None:
+def show_message(message: "LogMessage") -> None:
     """Print what an FMU reports while it runs; its complaints come with the error that ends the run."""
     if not message.is_complaint:
         err.print(str(message), style="yellow", markup=False, soft_wrap=True)

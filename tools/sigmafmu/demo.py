@@ -8,11 +8,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from sigmafmu import plots
 from sigmafmu.compare import distance, find_reference
 from sigmafmu.console import progress_bar, show_message
-from sigmafmu.fmu import Fmu
-from sigmafmu.plots import plot
-from sigmafmu.simulate import simulate
+from sigmafmu.model import load
 
 
 @dataclass(frozen=True)
@@ -34,15 +33,12 @@ def run_demo(folder: Path, console: Console) -> list[Path]:
     table = _new_table()
     written: list[Path] = []
     for case in CASES:
-        fmu = Fmu.of_model(case.model)
         with progress_bar(console, f"{case.model:<12}", case.stop_time) as move_to:
-            result = simulate(
-                fmu, stop_time=case.stop_time, step_size=STEP_SIZE, on_time=move_to, on_message=show_message
-            )
+            result = load(case.model).run(case.stop_time, step_size=STEP_SIZE, on_time=move_to, on_message=show_message)
         reference = find_reference(case.model)
         csv_path, png_path = folder / f"{case.model}.csv", folder / f"{case.model}.png"
-        result.write_csv(csv_path)
-        plot(result, png_path, reference)
+        result.to_csv(csv_path)
+        plots.save(plots.figure(result, reference), png_path)
         written += [csv_path, png_path]
 
         error = stated = "no reference"

@@ -8,9 +8,10 @@ from pathlib import Path
 from time import perf_counter
 
 from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu
+from sigmafmu.instance import SimulationError
+from sigmafmu.model import Model
 from sigmafmu.result import CsvWriter
-from sigmafmu.simulate import SimulationError, communication_steps, simulate
+from sigmafmu.steps import communication_steps
 from sigmafmu.variables import SettingValue, parse_settings
 
 STEP_SIZE = "integrator.stepSize"
@@ -42,18 +43,19 @@ class Cost:
 
 
 def cost(
-    fmu: Fmu,
+    model: Model,
     stop_time: float | None,
     step_size: float | None,
-    settings: Mapping[str, SettingValue],
-    variables: Iterable[str],
+    parameters: Mapping[str, SettingValue],
+    outputs: Iterable[str],
     output: Path | None,
 ) -> Cost:
     """What a run with these arguments costs; raises SigmafmuError if the disk has no room for its CSV file `output`."""
-    steps = communication_steps(fmu, stop_time, step_size)
-    end, H = sum(steps[-1]), steps[0][1]
-    chosen = {variable.name: value for variable, value in parse_settings(fmu, settings)}
-    h = float(chosen.get(STEP_SIZE, fmu.variables[STEP_SIZE].start if STEP_SIZE in fmu.variables else H))
+    steps = communication_steps(model.fmu, stop_time, step_size)
+    end, H = steps.end, steps[0][1]
+    chosen = {variable.name: value for variable, value in parse_settings(model.fmu, parameters)}
+    own = model.variables[STEP_SIZE].start if STEP_SIZE in model.variables else None
+    h = float(chosen.get(STEP_SIZE, own or H))
     trial = TRIAL_STEPS * min(H, h)
     if end < trial * LONG / TRIAL_STEPS:
         return Cost(0.0, 0.0)
@@ -63,12 +65,11 @@ def cost(
         file = Path(folder) / "trial.csv"
         try:
             with CsvWriter(file) as writer:
-                result = simulate(
-                    fmu,
-                    stop_time=trial,
+                result = model.run(
+                    trial,
                     step_size=min(H, trial),
-                    settings=settings,
-                    variables=variables,
+                    parameters=parameters,
+                    outputs=outputs,
                     on_rows=writer.write if output else None,
                     on_time=lambda _: moments.append(perf_counter()),
                 )

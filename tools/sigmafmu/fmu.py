@@ -41,14 +41,18 @@ class LogMessage:
 MessageHandler = Callable[[LogMessage], None]
 
 
-class Fmu:
-    """An FMU, unzipped into a directory that lives as long as this object."""
+def _extract(path: Path, folder: Path) -> None:
+    fmpy.extract(path, folder, include=lambda name: not name.startswith("sources/"))  # many files
 
-    def __init__(self, path: Path | str):
+
+class Fmu:
+    """An FMU in a directory that lives as long as this object; `fill` writes it there, by default by unzipping."""
+
+    def __init__(self, path: Path | str, fill: Callable[[Path, Path], None] = _extract):
         self.path = Path(path)
         self._directory = tempfile.TemporaryDirectory(prefix=f"{self.path.stem}-")
         self.directory = Path(self._directory.name)
-        fmpy.extract(self.path, self.directory, include=lambda name: not name.startswith("sources/"))  # many files
+        fill(self.path, self.directory)
         self.description: ModelDescription = fmpy.read_model_description(self.directory)
         self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
 
@@ -63,14 +67,12 @@ class Fmu:
         return self.description.modelName
 
     @classmethod
-    def of(cls, target: str) -> "Fmu":
-        """Open the FMU of a model, or a file that ends in .fmu; raises SigmafmuError."""
-        if not target.endswith(".fmu"):
-            return cls.of_model(target)
+    def of_file(cls, path: Path | str) -> "Fmu":
+        """Open an FMU file; raises SigmafmuError."""
         try:
-            return cls(target)
+            return cls(path)
         except (OSError, BadZipFile) as error:
-            raise SigmafmuError(f"{target} is no FMU: {getattr(error, 'strerror', None) or error}") from error
+            raise SigmafmuError(f"{path} is no FMU: {getattr(error, 'strerror', None) or error}") from error
 
     def references(self, names: list[str]) -> list[int]:
         """Value references of the variables `names`."""

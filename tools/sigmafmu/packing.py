@@ -65,6 +65,13 @@ def build_fmu(
     return target
 
 
+def fill_runnable(mechanism: dict[str, Any], resources: Path, tree: Path, shapes: Shapes = NO_SHAPES) -> None:
+    """Write into the folder `tree` what a run on this machine needs of a mechanism's FMU; raises SigmafmuError."""
+    description = describe(json.dumps(mechanism), resources)
+    _fill_binary(tree, description, fmpy.platform)
+    _fill_resources(tree, description, resources, [], shapes)
+
+
 def describe(mechanism: str, resources: Path) -> Description:
     """The description of a mechanism in JSON whose modal data are in a folder; raises SigmafmuError."""
     library = _library()
@@ -96,14 +103,24 @@ def _library() -> ctypes.CDLL:
 
 def _fill(tree: Path, description: Description, resources: Path, source: Path | None, shapes: Shapes) -> None:
     """Writes all that the FMU has into a folder."""
-    for slave in sorted(PARTS.glob("*/slave.*")):
-        (tree / "binaries" / slave.parent.name).mkdir(parents=True)
-        shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
+    _fill_binary(tree, description)
     shutil.copytree(PARTS / "sources", tree / "sources")
     for name in ("CMakeLists.txt", "buildDescription.xml"):
         file = tree / "sources" / name
         _write_text(file, file.read_text(encoding="utf-8").replace(PLACEHOLDER, description.model))
+    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
+    _fill_resources(tree, description, resources, sources, shapes)
+    write(description, resources, TEXTS, tree, source=source, ours=False, shapes=shapes)
 
+
+def _fill_binary(tree: Path, description: Description, platform: str = "*") -> None:
+    for slave in sorted(PARTS.glob(f"{platform}/slave.*")):
+        (tree / "binaries" / slave.parent.name).mkdir(parents=True)
+        shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
+
+
+def _fill_resources(tree: Path, description: Description, resources: Path, sources: list[str], shapes: Shapes) -> None:
+    """The mechanism, its modal data and shapes, and the XML; `sources` are named in the latter."""
     files = tree / "resources"
     files.mkdir()
     _write_text(files / MECHANISM, description.mechanism)
@@ -114,8 +131,6 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     if shapes:
         _write_text(files / SHAPES, json.dumps(shapes) + "\n")
     made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
-
-    sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
     try:
         xml, guid = model_description(description, sources, made_of)
     except ValueError as error:  # lxml's, about control characters
@@ -123,7 +138,6 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
     _write_text(tree / "modelDescription.xml", xml)
     identity = {"guid": guid, **description.told["checksums"]}
     _write_text(files / IDENTITY, json.dumps(identity, indent=2) + "\n")
-    write(description, resources, TEXTS, tree, source=source, ours=False, shapes=shapes)
 
 
 def _modal_files(description: Description) -> Iterator[str]:

@@ -17,7 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from sigmafmu import SigmafmuError
 from sigmafmu.compare import Reference, distance
 from sigmafmu.result import NotRecordedError, Result
-from sigmafmu.variables import split_element
+from sigmafmu.variables import vectors
 
 COLORS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e39c1c", "#7b4fa3", "#4d4d4d", "#17a2b8", "#9c6b30")
 STYLE = {
@@ -42,21 +42,63 @@ RESIDUAL_FLOOR = 1e-18
 """Residuals below this are drawn here: exact zeros have no place on a logarithmic axis."""
 
 
-def plot(result: Result, path: Path | str, reference: Reference | None = None, *, named: bool = False) -> None:
-    """Draw what matters of `result`; with `named` all that was recorded, since a user asked for just that."""
+def figure(result: Result, reference: Reference | None = None, *, named: bool = False) -> Figure:
+    """What matters of `result`; with `named` all that was recorded, since a user asked for just that."""
     with mpl.rc_context(STYLE):
         try:
-            figure = (by_unit if named else FIGURES.get(result.model, overview))(result, reference)
+            drawn = (by_unit if named else FIGURES.get(result.model, overview))(result, reference)
         except NotRecordedError:
-            figure = by_unit(result)
-        FigureCanvasAgg(figure)
-        save(figure, path)
+            drawn = by_unit(result)
+    FigureCanvasAgg(drawn)
+    return drawn
 
 
-def save(figure: Figure, path: Path | str) -> None:
+def phase_portraits(result: Result) -> Figure:
+    """The rate of each coordinate over the coordinate, for those that were recorded with their rates."""
+    recorded = vectors(result.names)
+    pairs = [
+        pair
+        for end, name in RATES.items()
+        for base in recorded
+        if base.endswith(end)
+        for pair in zip(recorded.get(base.removesuffix(end) + name, ()), recorded[base], strict=False)
+    ]
+    if not pairs:
+        raise SigmafmuError(f"the run of {result.model} has recorded no coordinate together with its rate")
+    shown = pairs[:MAX_PANELS]
+    columns = min(len(shown), 3)
+    rows = -(-len(shown) // columns)
+    with mpl.rc_context(STYLE):
+        left_out = f" (without {len(pairs) - len(shown)} of the coordinates)" if len(pairs) > len(shown) else ""
+        drawn = _figure(result.model + left_out, result, (4.0 * columns + 0.5, 3.4 * rows + 0.5))
+        for axes, (coordinate, rate) in zip(drawn.subplots(rows, columns, squeeze=False).flat, shown, strict=False):
+            x, y = result[coordinate], result[rate]
+            axes.plot(x, y, linewidth=1)
+            axes.plot(x[0], y[0], "o", color=COLORS[2], markersize=4, label="start")
+            axes.plot(x[-1], y[-1], "s", color=COLORS[1], markersize=4, label="end")
+            axes.set_xlabel(f"{coordinate} in {result.units.get(coordinate, '')}")
+            _finish(axes, "", f"{rate} in {result.units.get(rate, '')}", legend=2, over_time=False)
+        for unused in drawn.axes[len(shown) :]:
+            unused.remove()
+    FigureCanvasAgg(drawn)
+    return drawn
+
+
+RATES = {
+    ".angularRate": ".angle",
+    "AngularRate": "Angle",
+    ".rate": ".displacement",
+    "modalRate": "modal",
+    "velocity": "position",
+}
+"""End of the name of a rate → that of its coordinate, by importance."""
+
+
+def save(drawn: Figure, path: Path | str) -> None:
     """Write the figure; SigmafmuError if the file cannot be written or matplotlib does not know its type."""
     try:
-        figure.savefig(path)
+        with mpl.rc_context(STYLE):  # the resolution
+            drawn.savefig(path)
     except OSError as error:
         raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
     except ValueError as error:
@@ -139,14 +181,14 @@ def by_unit(result: Result, _reference: Reference | None = None) -> Figure:
     panels = every[:MAX_PANELS]
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
-    left_out = sum(len(vectors) for _, vectors in every[MAX_PANELS:])
+    left_out = sum(len(quantities) for _, quantities in every[MAX_PANELS:])
     title = result.model + (f" (without {left_out} of the quantities)" if left_out else "")
     figure = _figure(title, result, (12, max(4.0, 2.6 * rows)))
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel, (unit, vectors) in zip(axes, panels, strict=False):
-        if len(vectors) == 1:  # a colour for each element instead
-            vectors = [(name, [name]) for name in vectors[0][1]]
-        for i, (base, names) in enumerate(vectors):
+    for panel, (unit, quantities) in zip(axes, panels, strict=False):
+        if len(quantities) == 1:  # a colour for each element instead
+            quantities = [(name, [name]) for name in quantities[0][1]]
+        for i, (base, names) in enumerate(quantities):
             for k, name in enumerate(names):
                 label = None if k else base if len(names) == 1 else f"{base}[1..{len(names)}]"
                 style = ("-", "--", ":", "-.")[k % 4]
@@ -330,8 +372,7 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
 
 def _owners(result: Result, quantity: str) -> list[str]:
     """Names before the dot of the recorded scalars and vectors `….quantity`."""
-    bases = dict.fromkeys(element[0] if (element := split_element(name)) else name for name in result.names)
-    return [base.removesuffix(f".{quantity}") for base in bases if base.endswith(f".{quantity}")]
+    return [base.removesuffix(f".{quantity}") for base in vectors(result.names) if base.endswith(f".{quantity}")]
 
 
 def _components(owner: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
@@ -389,13 +430,11 @@ def _length_scale(largest: float) -> tuple[float, str]:
 
 def _panels(result: Result) -> list[tuple[str, list[tuple[str, list[str]]]]]:
     """Recorded names as vectors by unit, at most as many vectors in a panel as there are colours."""
-    by_unit: dict[str, dict[str, list[str]]] = {}
+    by_unit: dict[str, list[str]] = {}
     for name in result.names:
-        element = split_element(name)
-        vectors = by_unit.setdefault(result.units.get(name, ""), {})
-        vectors.setdefault(element[0] if element else name, []).append(name)
+        by_unit.setdefault(result.units.get(name, ""), []).append(name)
     panels = []
-    for unit, vectors in by_unit.items():
-        items = list(vectors.items())
+    for unit, names in by_unit.items():
+        items = list(vectors(names).items())
         panels += [(unit, items[i : i + len(COLORS)]) for i in range(0, len(items), len(COLORS))]
     return panels

@@ -11,8 +11,7 @@ from rich import box
 from rich.table import Table
 
 from sigmafmu import SigmafmuError, _core
-from sigmafmu.fmu import Fmu
-from sigmafmu.simulate import started
+from sigmafmu.model import Model
 from sigmafmu.variables import SettingValue
 
 
@@ -76,14 +75,15 @@ class Latency:
             raise SigmafmuError(f"cannot write {path}: {error}") from error
 
 
-def run(fmu: Fmu, rate: float, duration: float, settings: Mapping[str, SettingValue] | None = None) -> Latency:
-    """Run `fmu` for `duration` s of wall clock at `rate` Hz with H = 1 / rate."""
+def run(model: Model, rate: float, duration: float, parameters: Mapping[str, SettingValue] | None = None) -> Latency:
+    """Run `model` for `duration` s of wall clock at `rate` Hz with H = 1 / rate."""
     if not (rate > 0 and duration > 0 and np.isfinite(rate * duration)):
         raise SigmafmuError("rate and duration must be positive numbers")
     period, steps = 1 / rate, max(1, round(rate * duration))
-    with started(fmu, settings or {}) as slave:
+    with model.instance(parameters) as instance:
+        instance.start()
         try:
-            delay, taken = native_steps(slave, period, steps, period).T
+            delay, taken = native_steps(instance.slave, period, steps, period).T
         except RuntimeError as error:
-            raise SigmafmuError(f"{fmu.name}: {error}") from error
-    return Latency(fmu.name, period, delay.copy(), taken.copy())
+            raise SigmafmuError(f"{model.name}: {error}") from error
+    return Latency(model.name, period, delay.copy(), taken.copy())

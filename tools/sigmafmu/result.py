@@ -1,15 +1,26 @@
 """What a simulation gives back: recorded variables over time and the cost of getting them."""
 
+from __future__ import annotations
+
 import csv
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from sigmafmu import SigmafmuError
-from sigmafmu.variables import split_element
+from sigmafmu import SigmafmuError, extras
+from sigmafmu.variables import pattern, split_element, vectors
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+    from sigmafmu.fmu import Fmu
+    from sigmafmu.view.notebook import Shown
 
 
 class NotRecordedError(KeyError):
@@ -44,17 +55,27 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Result:
-    """Values of the recorded variables at the communication points."""
+    """Values of the recorded variables at the communication points.
+
+    `result["guide.displacement"]` is the column of a scalar, an array (n,); `result["slider.position"]` that of a
+    vector, (n, 3). Both are in SI units, and NotRecordedError, a KeyError, says that a run has not recorded them.
+    """
 
     model: str
     time: np.ndarray
+    """(n,) in s."""
     names: tuple[str, ...]
+    """Of the scalars."""
     values: np.ndarray
     """One row per communication point, one column per name."""
     statistics: Statistics
     units: dict[str, str] = field(default_factory=dict)
-    source: Any = field(default=None, repr=False, compare=False)
-    """The open FMU or loaded mechanism file that was run, for `show`."""
+    """By the name of the scalar, as FMI writes them, such as `rad/s`; `1` or empty if there is none."""
+    fmu: Fmu | None = field(default=None, repr=False, compare=False)
+    """What was run, for `show`."""
+
+    def __getstate__(self) -> dict[str, object]:
+        return self.__dict__ | {"fmu": None}  # an open FMU stays in its process
 
     def __contains__(self, name: str) -> bool:
         return name in self.names
@@ -77,7 +98,7 @@ class Result:
             text += f"; {s.steps} internal steps, {s.newton_per_step:.2f} Newton iterations each, {s.retries} retries"
         return text
 
-    def show(self, height: int = 600) -> Any:
+    def show(self, height: int = 600) -> Shown:
         """The mechanism in motion, for a notebook to display; `height` in pixels.
 
         Raises SigmafmuError if `position` and `quaternion` of a body were not recorded, or if nothing tells what the
@@ -85,16 +106,80 @@ class Result:
         """
         from sigmafmu.view.notebook import Shown
         from sigmafmu.view.page import page
-        from sigmafmu.view.subject import drawn
+        from sigmafmu.view.subject import scene_of_fmu
 
-        if self.source is None:
+        if self.fmu is None:
             raise SigmafmuError(f"the result of {self.model} does not tell what the mechanism looks like")
-        return Shown(page(drawn(self.source).scene, self), height)
+        return Shown(page(scene_of_fmu(self.fmu), self), height)
 
-    def write_csv(self, path: Path | str) -> None:
-        """Write time and all values with 17 digits, which is exact."""
+    def plot(self, path: Path | str | None = None, names: Iterable[str] = (), *, phase: bool = False) -> Figure:
+        """A matplotlib figure: what matters of the model, or the named scalars, vectors or patterns; saved at `path`.
+
+        With `phase` each coordinate is drawn over time's place: its rate over itself, for those of joints or `names`.
+        Raises NotRecordedError for a name that is not there, SigmafmuError if the file cannot be written.
+        """
+        from sigmafmu import plots
+
+        chosen = self.only(names) if (names := tuple(names)) else self
+        figure = plots.phase_portraits(chosen) if phase else plots.figure(chosen, named=bool(names))
+        if path is not None:
+            plots.save(figure, path)
+        return figure
+
+    def only(self, names: Iterable[str]) -> Result:
+        """The same with fewer variables: scalars, vectors, or patterns with `*` and `?`."""
+        columns: dict[int, None] = {}  # an ordered set
+        for name in (names,) if isinstance(names, str) else names:
+            found = [i for i, n in enumerate(self.names) if pattern(name).fullmatch(n)]
+            if not found:
+                raise NotRecordedError(name)
+            columns |= dict.fromkeys(found)
+        kept = tuple(self.names[i] for i in columns)
+        units = {name: self.units[name] for name in kept if name in self.units}
+        return replace(self, names=kept, values=self.values[:, list(columns)], units=units)
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write time and all values with 17 digits, which is exact; SigmafmuError if that fails."""
         with CsvWriter(path) as writer:
             writer.write(("time", *self.names), np.column_stack((self.time, self.values)))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame with a column for each scalar and the index `time`; `attrs["units"]` are the units."""
+        frame = extras.need("pandas").DataFrame(self.values, columns=list(self.names))
+        frame.index = extras.need("pandas").Index(self.time, name="time")
+        frame.attrs = {"model": self.model, "units": dict(self.units)}
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over `time` with a variable for each scalar and vector, which has a dimension `<name>_`.
+
+        Elements are counted from 1 as in the model. The attribute `units` is that of the climate conventions, which
+        plots of xarray show.
+        """
+        xr = extras.need("xarray")
+        variables = {}
+        for base, elements in vectors(self.names).items():
+            attributes = {"units": self.units.get(elements[0], "")}
+            if elements == [base]:
+                variables[base] = ("time", self[base], attributes)
+            else:
+                numbers = [split[1] for name in elements if (split := split_element(name))]
+                variables[base] = xr.DataArray(
+                    self[base], dims=("time", f"{base}_"), coords={f"{base}_": numbers}, attrs=attributes
+                )
+        time = ("time", self.time, {"units": "s"})
+        return xr.Dataset(variables, coords={"time": time}, attrs={"model": self.model})
+
+    def to_parquet(self, path: Path | str) -> None:
+        """Write a Parquet file with a column for `time` and each scalar; SigmafmuError if that fails.
+
+        Its metadata have the `model` and the `units` as a JSON object.
+        """
+        told = {"model": self.model, "units": json.dumps({"time": "s", **self.units})}
+        try:
+            extras.need("fastparquet").write(str(path), self.to_pandas().reset_index(), custom_metadata=told)
+        except OSError as error:
+            raise SigmafmuError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 class CsvWriter:
@@ -104,7 +189,7 @@ class CsvWriter:
         self.path, self.rows = Path(path), 0
         self._file: TextIO | None = None
 
-    def __enter__(self) -> "CsvWriter":
+    def __enter__(self) -> CsvWriter:
         return self
 
     def __exit__(self, *_: object) -> None:

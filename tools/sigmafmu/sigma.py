@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu
+from sigmafmu.model import Model
 from sigmafmu.plots import COLORS, STYLE
-from sigmafmu.simulate import communication_steps, simulate
 from sigmafmu.spin_sigma import is_nearly_symmetric, mean_ratio, unsymmetric_sigma
 from sigmafmu.variables import SettingValue, parse_settings
 
@@ -74,58 +73,56 @@ class Advice:
 
 
 def advise(
-    fmu: Fmu,
-    settings: Mapping[str, SettingValue],
+    model: Model,
+    parameters: Mapping[str, SettingValue],
     stop_time: float | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> Advice:
-    """Look at `fmu` with `settings`, as `simulate` takes them; `advance` is called `runs(fmu)` times."""
-    chosen = {variable.name: value for variable, value in parse_settings(fmu, settings)}
+    """Look at `model` with `parameters`, as `Model.run` takes them; `advance` is called `runs(model)` times."""
+    chosen = {variable.name: value for variable, value in parse_settings(model.fmu, parameters)}
     for name in VARIED:
         if name in chosen:
             raise SigmafmuError(f"'{name}' cannot be set here: the scan varies it")
-    values = {name: float(chosen.get(name, fmu.variables[name].start)) for name in _INTEGRATOR}
+    values = {name: float(chosen.get(name, model.variables[name].start)) for name in _INTEGRATOR}
     h, rho_inf = values[_INTEGRATOR[0]], values[_INTEGRATOR[1]]
-    default = sum(communication_steps(fmu)[-1])
+    default = model.stop_time
     stop_time = min(default, LONGEST * h) if stop_time is None else stop_time
 
-    exact = _positions(fmu, {**settings, **REFERENCE}, stop_time)
+    exact = _positions(model, {**parameters, **REFERENCE}, stop_time)
     advance()
     if np.ptp(exact, axis=0).max() == 0:
-        raise SigmafmuError(f"{fmu.name} does not move in {stop_time:g} s; set an input or a start value")
+        raise SigmafmuError(f"{model.name} does not move in {stop_time:g} s; set an input or a start value")
 
     def error(**integrator: SettingValue) -> float:
         own = {f"integrator.{name}": value for name, value in integrator.items()}
         try:
-            difference = _positions(fmu, {**settings, **own}, stop_time) - exact
+            difference = _positions(model, {**parameters, **own}, stop_time) - exact
         except SigmafmuError:
             return np.nan
         finally:
             advance()
         return float(np.linalg.norm(difference, axis=2).max())
 
-    scans = [_scan(formulation, error) for formulation in _formulations(fmu)]
-    return Advice(fmu.name, h, stop_time, rho_inf, _spins(fmu, settings, chosen, h, rho_inf), scans)
+    scans = [_scan(formulation, error) for formulation in _formulations(model)]
+    return Advice(model.name, h, stop_time, rho_inf, _spins(model, parameters, chosen, h, rho_inf), scans)
 
 
-def runs(fmu: Fmu) -> int:
+def runs(model: Model) -> int:
     """How often `advise` calls `advance`."""
-    return 1 + (len(SIGMAS) + 2) * len(_formulations(fmu))
+    return 1 + (len(SIGMAS) + 2) * len(_formulations(model))
 
 
 _INTEGRATOR = ("integrator.stepSize", "integrator.spectralRadius")
 
 
-def _formulations(fmu: Fmu) -> tuple[str, ...]:
+def _formulations(model: Model) -> tuple[str, ...]:
     """Without joints they are all the same."""
-    return FORMULATIONS if any(name.endswith(".reactionForce[1]") for name in fmu.variables) else FORMULATIONS[:1]
+    return FORMULATIONS if any(name.endswith(".reactionForce[1]") for name in model.variables) else FORMULATIONS[:1]
 
 
-def _positions(fmu: Fmu, settings: Mapping[str, SettingValue], stop_time: float) -> np.ndarray:
+def _positions(model: Model, parameters: Mapping[str, SettingValue], stop_time: float) -> np.ndarray:
     """Every point whose position is an output, (times, points, 3)."""
-    result = simulate(
-        fmu, stop_time=stop_time, step_size=stop_time / SAMPLES, settings=settings, variables=["*.position"]
-    )
+    result = model.run(stop_time, step_size=stop_time / SAMPLES, parameters=parameters, outputs=["*.position"])
     return result.values.reshape(len(result.time), -1, 3)
 
 
@@ -153,20 +150,20 @@ def _minimum(errors: np.ndarray) -> float:
 
 
 def _spins(
-    fmu: Fmu, settings: Mapping[str, SettingValue], chosen: Mapping[str, float], h: float, rho_inf: float
+    model: Model, parameters: Mapping[str, SettingValue], chosen: Mapping[str, float], h: float, rho_inf: float
 ) -> list[Spin]:
     """Every rigid body at the start."""
-    bodies = [name.removesuffix(".inertia.xx") for name in fmu.variables if name.endswith(".inertia.xx")]
+    bodies = [name.removesuffix(".inertia.xx") for name in model.variables if name.endswith(".inertia.xx")]
     if not bodies:
         return []
     names = [f"{body}.angularVelocity" for body in bodies]
-    start = simulate(fmu, stop_time=h, step_size=h, settings=settings, variables=names)
+    start = model.run(h, step_size=h, parameters=parameters, outputs=names)
     result = []
     for body in bodies:
 
         def inertia(entry: str, body: str = body) -> float:
             name = f"{body}.inertia.{entry}"
-            return float(chosen.get(name, fmu.variables[name].start))
+            return float(chosen.get(name, model.variables[name].start))
 
         matrix = np.array([[inertia("".join(sorted(i + j))) for j in "xyz"] for i in "xyz"])
         result.append(_spin(body, matrix, start[f"{body}.angularVelocity"][0], rho_inf))

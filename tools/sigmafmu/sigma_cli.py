@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from sigmafmu.console import err, out, progress_bar, split_setting
+from sigmafmu.console import ModelName, err, out, progress_bar, split_setting
 
 
 def register(app: typer.Typer) -> None:
@@ -14,7 +14,7 @@ def register(app: typer.Typer) -> None:
 
 
 def sigma(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")],
+    model: ModelName,
     stop_time: Annotated[float | None, typer.Option(help="Seconds of each run; default: up to 8000 steps.")] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter or input (repeatable).")
@@ -27,16 +27,18 @@ def sigma(
 
     from sigmafmu import plots
     from sigmafmu import sigma as chooser
-    from sigmafmu.fmu import Fmu
+    from sigmafmu.model import load
 
-    fmu = Fmu.of_model(model)
-    total = chooser.runs(fmu)
+    loaded = load(model)
+    total = chooser.runs(loaded)
     with progress_bar(err, "sigma", total, unit="runs") as move_to:
         done = iter(range(1, total + 1))
-        advice = chooser.advise(fmu, dict(map(split_setting, settings or [])), stop_time, lambda: move_to(next(done)))
+        advice = chooser.advise(
+            loaded, dict(map(split_setting, settings or [])), stop_time, lambda: move_to(next(done))
+        )
 
     h = advice.step_size
-    out.print(f"{model}: h = {h:g} s, {advice.stop_time:g} s, ρ∞ = {advice.rho_inf:g}", soft_wrap=True)
+    out.print(f"{advice.model}: h = {h:g} s, {advice.stop_time:g} s, ρ∞ = {advice.rho_inf:g}", soft_wrap=True)
     if advice.spins:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("body", "spin Ω in rad/s", "h Ω in rad", "p", "σ*"):

@@ -61,9 +61,10 @@ def _tree(description: Description, sources: list[str], made_of: str) -> etree._
         },
     )
     simulation = etree.SubElement(root, "CoSimulation", {"modelIdentifier": description.model, **CAPABILITIES})
-    files = etree.SubElement(simulation, "SourceFiles")
-    for name in sources:
-        etree.SubElement(files, "File", name=name)
+    if sources:
+        files = etree.SubElement(simulation, "SourceFiles")
+        for name in sources:
+            etree.SubElement(files, "File", name=name)
     _units(root, told["units"])
     _types(root, description)
     categories = etree.SubElement(root, "LogCategories")

@@ -12,6 +12,7 @@ away, steps follow the accelerations, which lead to a stable equilibrium where o
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from sigmafmu.linear.coordinates import FRAMES, Coordinates
 from sigmafmu.linear.linearization import Linearization
 from sigmafmu.linear.names import choose
 from sigmafmu.linear.point import OperatingPoint, operating_point
+from sigmafmu.model import Model
 from sigmafmu.variables import SettingValue
 
 MAX_STEPS = 200
@@ -30,10 +32,10 @@ TOLERANCE = 1e-9
 
 
 def trim(
-    model: str,
+    model: Model | str | Path,
     at: float = 0.0,
     *,
-    settings: Mapping[str, SettingValue] | None = None,
+    parameters: Mapping[str, SettingValue] | None = None,
     u0: Mapping[str, SettingValue] | None = None,
     inputs: Iterable[str] = (),
     hold: Mapping[str, float] | None = None,
@@ -44,7 +46,7 @@ def trim(
     stay as they are if there are `inputs`, and are sought if there are none. The mechanism is at rest, except for
     rates of coordinates in `hold`, such as `top.angularVelocity[2]`: then the motion is steady with these rates.
     """
-    start = operating_point(model, at, settings=settings, u0=u0)
+    start = operating_point(model, at, parameters=parameters, u0=u0)
     return _Search(start, inputs, dict(hold or {})).run()
 
 

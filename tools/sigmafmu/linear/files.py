@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, extras
 
 if TYPE_CHECKING:
     from sigmafmu.linear.model import LinearModel
@@ -43,14 +43,12 @@ def _npz(model: "LinearModel", path: Path) -> None:
 
 
 def _mat(model: "LinearModel", path: Path) -> None:
-    from sigmafmu.linear.extras import scipy_io
-
     content = _content(model)
     for key in NAMES:  # cell arrays of strings
         content[key] = np.array(content[key], dtype=object).reshape(-1, 1)
     for key in ("x0", "u0", "y0", "dx0"):
         content[key] = content[key].reshape(-1, 1)
-    scipy_io().savemat(path, content)
+    extras.need("scipy.io", "linear").savemat(path, content)
 
 
 def _json(model: "LinearModel", path: Path) -> None:

@@ -16,6 +16,7 @@ derivatives are differences of order 8. Those with respect to inputs are exact, 
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from sigmafmu.linear.differences import RELATIVE_STEP, derivative
 from sigmafmu.linear.model import LinearModel
 from sigmafmu.linear.names import choose
 from sigmafmu.linear.point import OperatingPoint, operating_point
+from sigmafmu.model import Model
 from sigmafmu.variables import SettingValue
 
 DIAGNOSTICS = ("constraint.", "integrator.")
@@ -32,10 +34,10 @@ DIAGNOSTICS = ("constraint.", "integrator.")
 
 
 def linearize(
-    model: str | OperatingPoint,
+    model: Model | str | Path | OperatingPoint,
     at: float = 0.0,
     *,
-    settings: Mapping[str, SettingValue] | None = None,
+    parameters: Mapping[str, SettingValue] | None = None,
     u0: Mapping[str, SettingValue] | None = None,
     inputs: Iterable[str] | None = None,
     outputs: Iterable[str] | None = None,
@@ -47,11 +49,12 @@ def linearize(
     `inputs` and `outputs` are names, whole vectors or patterns; default: all. `coordinates` are wanted among the
     states. `frame` is that of rotations and displacements of bodies: `world` or `body`.
     """
-    point = model
-    if isinstance(model, str):
-        point = operating_point(model, at, settings=settings, u0=u0)
-    elif settings or u0 or at:
-        raise SigmafmuError("a point has its time, settings and inputs already")
+    if not isinstance(model, OperatingPoint):
+        point = operating_point(model, at, parameters=parameters, u0=u0)
+    elif parameters or u0 or at:
+        raise SigmafmuError("a point has its time, parameters and inputs already")
+    else:
+        point = model
     return Linearization(point, frame, coordinates).model(inputs, outputs)
 
 

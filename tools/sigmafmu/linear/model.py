@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, extras
 
 if TYPE_CHECKING:
     import control
@@ -90,19 +90,15 @@ class LinearModel:
             raise SigmafmuError(f"the model of {self.name} is discrete already, with {self.sample_time:g} s")
         if not (math.isfinite(sample_time) and sample_time > 0):
             raise SigmafmuError(f"the sample time must be a positive number of seconds, not {sample_time:g}")
-        from sigmafmu.linear.extras import scipy_linalg
-
         n, m = self.B.shape
         both = np.zeros((n + m, n + m))
         both[:n, :n], both[:n, n:] = self.A, self.B
-        transition = scipy_linalg().expm(both * sample_time)
+        transition = extras.need("scipy.linalg", "linear").expm(both * sample_time)
         return replace(self, A=transition[:n, :n], B=transition[:n, n:], sample_time=sample_time)
 
     def to_control(self) -> "control.StateSpace":
         """The model for python-control, with names that it accepts: `top.torque[1]` becomes `top_torque_1`."""
-        from sigmafmu.linear.extras import python_control
-
-        return python_control().StateSpace(
+        return extras.need("control").StateSpace(
             self.A,
             self.B,
             self.C,

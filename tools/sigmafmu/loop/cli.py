@@ -56,7 +56,7 @@ def loop(
         table.add_row(with_law.label, str(with_law), str(without))
     out.print(table)
     if output:
-        closed.write_csv(output)
+        closed.to_csv(output)
         out.print(f"wrote {output}", soft_wrap=True)
     if plot:
         from sigmafmu.loop.figures import plot as draw

@@ -24,10 +24,11 @@ from fmpy.fmi1 import FMICallException
 
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu, LogMessage
+from sigmafmu.instance import COUNTERS, Instance, SimulationError, reason
 from sigmafmu.loop.controllers import Law
 from sigmafmu.loop.loops import CONTROLLER, Loop, Part
 from sigmafmu.result import Result, Statistics
-from sigmafmu.simulate import COUNTERS, SimulationError, communication_steps, reason, started
+from sigmafmu.steps import communication_steps
 from sigmafmu.variables import SettingValue
 
 Values = Mapping[str, float]
@@ -74,7 +75,9 @@ def run_closed_loop(
     answers = [zeros] * (delay + 1)  # the oldest first
     messages: list[LogMessage] = []
     with ExitStack() as stack:
-        slave = stack.enter_context(started(fmu, plant_values, messages))
+        plant = stack.enter_context(Instance(fmu, plant_values, messages.append))
+        plant.start()
+        slave = plant.slave
         laws = {
             name: stack.enter_context(
                 _law(part, controller if name == CONTROLLER else None, part_values[name], messages)
@@ -106,7 +109,7 @@ def run_closed_loop(
         except FMICallException as error:
             why = reason(messages, error)
             raise SimulationError(f"{loop.plant} in its loop stopped at t = {start:.6g} s: {why}") from error
-    end = sum(samples[-1])
+    end = samples.end
     return Result(
         model=loop.plant,
         time=np.array([*(start for start, _ in samples), end]),
@@ -151,8 +154,9 @@ def _law(
 ) -> Iterator[Step]:
     """The law of `part`, or `replacement`, as a function; `values` are parameters of either."""
     if isinstance(replacement, Fmu):
-        with started(replacement, values, messages) as slave:
-            yield _step_of_fmu(replacement, slave, part)
+        with Instance(replacement, values, messages.append) as instance:
+            instance.start()
+            yield _step_of_fmu(replacement, instance.slave, part)
         return
     if replacement is None:
         yield part.law(**values).step

@@ -23,12 +23,11 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave, fmi2FMUstate
+from fmpy.fmi2 import fmi2FMUstate
 
 from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu, LogMessage
-from sigmafmu.simulate import SimulationError, reason, started
+from sigmafmu.fmu import Fmu
+from sigmafmu.instance import Instance, SimulationError
 from sigmafmu.variables import SettingValue, select
 
 HOLD, EXTRAPOLATED, LINEAR, MEAN = SCHEMES = ("hold", "extrapolated", "linear", "mean")
@@ -58,21 +57,16 @@ class Loop(Protocol):
 class Subsystem:
     """An FMU in step mode, with the inputs and outputs that take part in the coupling."""
 
-    def __init__(
-        self, fmu: Fmu, slave: FMU2Slave, inputs: Sequence[str], outputs: Sequence[str], messages: list[LogMessage]
-    ):
-        self._slave, self._saved, self._messages = slave, fmi2FMUstate(), messages
+    def __init__(self, fmu: Fmu, instance: Instance, inputs: Sequence[str], outputs: Sequence[str]):
+        self._instance, self._slave, self._saved = instance, instance.slave, fmi2FMUstate()
         self._inputs, self._outputs = ([v.valueReference for v in select(fmu, names)] for names in (inputs, outputs))
 
     def step(self, t: float, H: float, begin: np.ndarray, end: np.ndarray) -> None:
         """Communication step with inputs that go linearly from `begin` to `end`; SimulationError if it fails."""
-        self._messages.clear()
-        try:
+        with self._instance.calls():
             self._slave.setReal(self._inputs, begin)
             self._slave.setRealInputDerivatives(self._inputs, [1] * len(self._inputs), (end - begin) / H)
             self._slave.doStep(t, H)
-        except FMICallException as error:
-            raise SimulationError(reason(self._messages, error)) from error
 
     def outputs(self) -> np.ndarray:
         """Present values of the outputs."""
@@ -96,9 +90,9 @@ def subsystem(
     fmu: Fmu, settings: Mapping[str, SettingValue], inputs: Sequence[str], outputs: Sequence[str]
 ) -> Iterator[Subsystem]:
     """Start `fmu` at t = 0 as a part of a loop; `inputs` and `outputs` are names of scalars or vectors."""
-    messages: list[LogMessage] = []
-    with started(fmu, settings, messages) as slave:
-        part = Subsystem(fmu, slave, inputs, outputs, messages)
+    with Instance(fmu, settings) as instance:
+        instance.start()
+        part = Subsystem(fmu, instance, inputs, outputs)
         try:
             yield part
         finally:

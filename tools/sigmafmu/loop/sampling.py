@@ -18,10 +18,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from sigmafmu.fmu import Fmu
+from sigmafmu.instance import Instance
 from sigmafmu.loop.controllers.speed_pi import SpeedPI
 from sigmafmu.loop.energy import Bond
 from sigmafmu.loop.gauss_seidel import Subsystem, subsystem
-from sigmafmu.simulate import started
 
 GAINS = {"proportionalGain": 0.5, "integralGain": 5.0}  # N m s/rad, N m/rad
 SET_POINT = 12.0  # rad/s, twice the speed at the start
@@ -120,17 +120,11 @@ class Recorder:
 
 def energies(fmu: Fmu, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The plant's M [kg m2] in its kinetic energy M ω²/2 and its potential V [J] at these angles of the crank [rad]."""
-    initial = fmu.references(["crankPivot.initialAngle", "crankPivot.initialAngularRate"])
-    outputs = fmu.references(["energy.kinetic", "energy.potential"])
     found = []
-    with started(fmu, {}) as slave:
+    with Instance(fmu) as instance:
         for angle in angles:
-            slave.reset()
-            slave.setupExperiment()
-            slave.setReal(initial, [angle, 1.0])
-            slave.enterInitializationMode()
-            slave.exitInitializationMode()
-            found.append(slave.getReal(outputs))
+            instance.reset({"crankPivot.initialAngle": angle, "crankPivot.initialAngularRate": 1.0})
+            found.append(instance.get(["energy.kinetic", "energy.potential"]))
     kinetic, potential = np.array(found).T
     return 2 * kinetic, potential
 

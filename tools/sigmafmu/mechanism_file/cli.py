@@ -10,14 +10,7 @@ import typer
 from sigmafmu import SigmafmuError
 from sigmafmu.console import out, write_text
 
-ENDINGS = (".yaml", ".yml", ".json")
-
 MechanismPath = Annotated[Path, typer.Argument(metavar="FILE", help="A mechanism file: YAML or JSON.")]
-
-
-def is_mechanism_file(target: str) -> bool:
-    """Whether an argument names a mechanism file, not a model."""
-    return target.endswith(ENDINGS)
 
 
 def register(app: typer.Typer) -> None:

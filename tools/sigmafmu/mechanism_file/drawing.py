@@ -1,5 +1,6 @@
 """Draws a mechanism at its start, as the FMUs' documentation shows it."""
 
+import importlib.util
 import json
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,18 @@ def draw(file: MechanismFile, path: Path) -> None:
         raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
 
 
-def shapes_of(file: MechanismFile) -> dict[str, list[dict[str, Any]]]:
+def shapes_of(file: MechanismFile, *, meshes: bool = True) -> dict[str, list[dict[str, Any]]]:
     """What the file says to draw, by body, as `sigmafmu.contents.shapes` reads it.
 
-    Places count from the centre of mass, orientations are matrices, and meshes are their triangles. Raises
-    SigmafmuError for a mesh that cannot be read.
+    Places count from the centre of mass, orientations are matrices, and meshes are their triangles. Without `meshes`,
+    or if trimesh is not installed, those are left out. Raises SigmafmuError for a mesh that cannot be read.
     """
-    return {body: [_shape(shape, file, body) for shape in shapes] for body, shapes in file.shapes.items()}
+    meshes = meshes and importlib.util.find_spec("trimesh") is not None
+    found = {
+        body: [_shape(shape, file, body) for shape in shapes if meshes or "mesh" not in shape]
+        for body, shapes in file.shapes.items()
+    }
+    return {body: shapes for body, shapes in found.items() if shapes}
 
 
 def _shape(shape: dict[str, Any], file: MechanismFile, body: str) -> dict[str, Any]:

@@ -1,14 +1,20 @@
-"""The command `sigmafmu view`, and the option --animate of `run`."""
+"""The command `sigmafmu view`."""
 
 import webbrowser
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import sigmafmu
 from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar, show_message, split_setting, write_text
 from sigmafmu.result import Result
+
+if TYPE_CHECKING:
+    from sigmafmu.contents.scene_of import Scene
+    from sigmafmu.model import Model
 
 
 def register(app: typer.Typer) -> None:
@@ -46,56 +52,50 @@ def view(
     ] = None,
 ) -> None:
     """Show a mechanism in motion: one HTML file that needs no network, opened in the browser."""
-    from sigmafmu.simulate import SimulationError
-    from sigmafmu.view.subject import mechanism_of_result, result_of, subject_of
+    from sigmafmu.view.subject import mechanism_of_result, model_of, result_of, scene_of_fmu
 
     if not gltf:
         _check_viewer()
     patterns, failure = tuple(variables or ()), None
     if target.endswith(".csv"):
         result = result_of(Path(target))
-        subject = subject_of(of) if of else mechanism_of_result(result, Path(target))
+        model, scene = (model_of(of), None) if of else mechanism_of_result(result, Path(target))
+        scene = scene or scene_of_fmu(model.fmu)
+        units = {name: variable.unit for name, variable in model.variables.items()}
+        result = replace(result, units=units)
     else:
-        subject = subject_of(target)
-        values = dict(map(split_setting, settings or ()))
+        model = model_of(target)
+        scene = scene_of_fmu(model.fmu)
         try:
-            result = _run(subject, target, stop_time, step_size, values, patterns)
-        except SimulationError as error:  # what there is until then is worth seeing
+            result = _run(model, scene, stop_time, step_size, dict(map(split_setting, settings or ())), patterns)
+        except sigmafmu.SimulationError as error:  # what there is until then is worth seeing
             if error.result is None or len(error.result.time) < 2:
                 raise
             failure, result = error, error.result
     if gltf:
-        write_gltf(subject.scene, result, gltf)
+        write_gltf(scene, result, gltf)
     if output or not gltf:
         path = output or Path(f"{result.model}.html")
-        write_page(subject.scene, result, path, patterns)
+        write_page(scene, result, path, patterns)
         if opened and not webbrowser.open(path.absolute().as_uri()):
             out.print(f"no browser was found; open {path} in one", soft_wrap=True)
     if failure:
         raise failure
 
 
-def animate(source, result: Result, path: Path, patterns: tuple[str, ...] = ()) -> None:
-    """Write the page of a run of an open FMU or a loaded mechanism file."""
-    from sigmafmu.view.subject import drawn
-
-    write_page(drawn(source).scene, result, path, patterns)
-
-
-def write_page(scene, result: Result, path: Path, patterns: tuple[str, ...]) -> None:
+def write_page(scene: "Scene", result: Result, path: Path, patterns: tuple[str, ...]) -> None:
     """Write the page of a result."""
     from sigmafmu.view.page import page
 
     write_text(path, page(scene, result, patterns))
 
 
-def write_gltf(scene, result: Result, path: Path) -> None:
+def write_gltf(scene: "Scene", result: Result, path: Path) -> None:
     """Write a result as glTF."""
     from sigmafmu.view.gltf import gltf
 
-    data = gltf(scene, result)
     try:
-        path.write_bytes(data)
+        path.write_bytes(gltf(scene, result))
     except OSError as error:
         raise SigmafmuError(f"cannot write {path}: {error.strerror}") from error
     out.print(f"wrote {path}", soft_wrap=True)
@@ -108,21 +108,25 @@ def _check_viewer() -> None:
     viewer_source()
 
 
-def _run(subject, label: str, stop_time, step_size, settings: dict[str, str], patterns: tuple[str, ...]) -> Result:
+def _run(
+    model: "Model",
+    scene: "Scene",
+    stop_time: float | None,
+    step_size: float | None,
+    parameters: dict[str, str],
+    patterns: tuple[str, ...],
+) -> Result:
     """Run what is to be seen, and record what that needs."""
-    from sigmafmu.fmu import Fmu
-    from sigmafmu.mechanism_file.run import simulate_file, steps_of_file
-    from sigmafmu.simulate import communication_steps, simulate
+    from sigmafmu.steps import communication_steps
+    from sigmafmu.view.subject import to_record
 
-    ours = isinstance(subject.source, Fmu)
-    steps = (communication_steps if ours else steps_of_file)(subject.source, stop_time, step_size)
-    with progress_bar(err, label, sum(steps[-1])) as move_to:
-        return (simulate if ours else simulate_file)(
-            subject.source,
-            stop_time=stop_time,
+    end = communication_steps(model.fmu, stop_time, step_size).end
+    with progress_bar(err, model.name, end) as move_to:
+        return model.run(
+            stop_time,
             step_size=step_size,
-            settings=settings,
-            variables=subject.recorded(patterns),
+            parameters=parameters,
+            outputs=to_record(model, scene, patterns),
             on_time=move_to,
             on_message=show_message,
         )

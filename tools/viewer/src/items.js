@@ -1,11 +1,13 @@
 // The meshes of the scene, and how they follow the motion.
 import {
+  Box3,
   BufferAttribute,
   BufferGeometry,
   Float32BufferAttribute,
   Group,
   Mesh,
   MeshStandardMaterial,
+  Sphere,
   Vector3,
 } from "three";
 import { rows } from "./packed.js";
@@ -39,7 +41,9 @@ export class Items {
     mesh.frustumCulled = item.modes.length === 0;
     mesh.userData.body = item.carrier.to ? -1 : item.carrier.point.body;
     mesh.updateMorphTargets();
-    geometry.computeBoundingSphere();
+    // Not of the modes: three.js would take each with a modal coordinate of 1.
+    geometry.boundingBox = new Box3().setFromBufferAttribute(geometry.getAttribute("position"));
+    geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
     if (!this.layers.has(item.layer)) {
       this.layers.set(item.layer, new Group());
       this.group.add(this.layers.get(item.layer));

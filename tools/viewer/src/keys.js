@@ -39,7 +39,7 @@ export function keys({ player, view, pace, panel, theme, help, showPanel }) {
     3: () => view.reset(new Vector3(0, -0.001, 1).normalize()),
   };
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input[type=search], select")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=search], select")) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (panel.switches.has(key)) panel.switches.get(key).click();
     else if (actions[key]) actions[key](event);

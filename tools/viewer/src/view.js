@@ -21,7 +21,8 @@ import { Items } from "./items.js";
 import { Tags } from "./tags.js";
 import { Traces } from "./traces.js";
 
-const SAMPLES = 60; // times at which the extent of the motion is looked up
+const SAMPLES = 40; // times at which the extent of the motion is looked up
+const FILLED = 1.12; // room around what is seen
 
 export class View {
   constructor(content, bytes, motion, parent) {
@@ -63,22 +64,25 @@ export class View {
     this.reset();
   }
 
-  // The sphere around all that moves, and how low it comes.
+  // Corners of all that moves, the sphere around them, and how low they come.
   measure(size) {
-    const box = new Box3();
-    this.low = Number.POSITIVE_INFINITY;
     const { motion } = this;
+    this.corners = [];
     for (let k = 0; k <= SAMPLES; k++) {
       motion.moveTo(motion.start + (k / SAMPLES) * (motion.end - motion.start));
       this.items.update();
-      this.items.group.updateMatrixWorld(true);
-      box.expandByObject(this.items.group);
+      for (const { mesh } of this.items.items) {
+        mesh.updateMatrix();
+        const { min, max } = mesh.geometry.boundingBox;
+        for (let corner = 0; corner < 8; corner++) {
+          const point = new Vector3(corner & 1 ? min.x : max.x, corner & 2 ? min.y : max.y, corner & 4 ? min.z : max.z);
+          this.corners.push(point.applyMatrix4(mesh.matrix));
+        }
+      }
     }
-    const corners = [box.min, box.max];
-    for (const x of corners)
-      for (const y of corners)
-        for (const z of corners) this.low = Math.min(this.low, this.up.dot(new Vector3(x.x, y.y, z.z)));
+    const box = new Box3().setFromPoints(this.corners);
     const sphere = box.getBoundingSphere(new Sphere());
+    this.low = this.corners.reduce((low, corner) => Math.min(low, this.up.dot(corner)), Number.POSITIVE_INFINITY);
     this.centre = sphere.center.clone();
     this.radius = Math.max(sphere.radius, 0.3 * size);
     motion.moveTo(motion.start);
@@ -129,14 +133,31 @@ export class View {
     this.dirty = true;
   }
 
-  // The camera that sees everything, from `towards` or another direction.
+  // The camera that just sees everything, from `towards` or another direction.
   reset(towards = this.towards) {
-    const half = (Math.PI / 360) * this.camera.fov;
-    const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
-    const distance = (0.92 * this.radius) / Math.sin(narrow);
-    this.controls.target.copy(this.centre);
-    if (this.followed >= 0) this.controls.target.copy(this.motion.poses[this.followed].position);
-    this.camera.position.copy(this.controls.target).addScaledVector(towards, distance);
+    const right = new Vector3().crossVectors(this.up, towards).normalize();
+    const above = new Vector3().crossVectors(towards, right);
+    const range = (axis) => {
+      const values = this.corners.map((corner) => corner.dot(axis));
+      return values.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [Infinity, -Infinity]);
+    };
+    const target = new Vector3();
+    for (const axis of [right, above, towards]) {
+      const [low, high] = range(axis);
+      target.addScaledVector(axis, (low + high) / 2);
+    }
+    if (this.followed >= 0) target.copy(this.motion.poses[this.followed].position);
+    const tall = Math.tan((Math.PI / 360) * this.camera.fov) / FILLED;
+    const wide = tall * this.camera.aspect;
+    let distance = 0.5 * this.radius;
+    const arm = new Vector3();
+    for (const corner of this.corners) {
+      arm.subVectors(corner, target);
+      const reach = Math.max(Math.abs(arm.dot(right)) / wide, Math.abs(arm.dot(above)) / tall);
+      distance = Math.max(distance, arm.dot(towards) + reach);
+    }
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(towards, distance);
     this.controls.update();
     this.dirty = true;
   }

@@ -1,4 +1,4 @@
-"""The commands `sigmafmu linearize` and `sigmafmu trim`."""
+"""The commands `sigmafmu linearize`, `campbell` and `trim`."""
 
 import json
 from enum import Enum
@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sigmafmu import SigmafmuError
-from sigmafmu.console import err, out, progress_bar, split_setting
+from sigmafmu.console import ModelName, err, out, progress_bar, split_setting
 
 if TYPE_CHECKING:
     from sigmafmu.linear import LinearModel, OperatingPoint
 
 Frame = Enum("Frame", {name: name for name in ("world", "body")}, type=str)
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, see `sigmafmu list`.")]
 At = Annotated[float, typer.Option(metavar="TIME", help="Time of the motion in s.")]
 Settings = Annotated[
     list[str] | None,
@@ -36,13 +35,50 @@ def register(app: typer.Typer) -> None:
         "--output guide.displacement --file crank.npz"
     )(linearize)
     app.command(
+        epilog="Example: sigmafmu campbell HighSpeedRotor --rate 'rotor.angularVelocityW[1]' --to 600 "
+        "--set 'load.torque[3]=0' --plot campbell.png"
+    )(campbell)
+    app.command(
         epilog="Example: sigmafmu trim SliderCrank --free crankPivot.motorTorque --hold crankPivot.angle=0.5 "
         "--file start.json"
     )(trim)
 
 
+def campbell(
+    model: ModelName,
+    rate: Annotated[
+        str, typer.Option(metavar="RATE", help="Rate of the coordinate that spins, such as rotor.angularVelocityW[1].")
+    ],
+    highest: Annotated[float, typer.Option("--to", metavar="SPEED", help="Highest speed in rad/s.")],
+    lowest: Annotated[float, typer.Option("--from", metavar="SPEED", help="Lowest speed in rad/s.")] = 0.0,
+    points: Annotated[int, typer.Option(min=2, help="Speeds; poles are followed from one to the next.")] = 41,
+    settings: Settings = None,
+    plot: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw frequencies over the speed here.")] = None,
+    output: Annotated[Path | None, typer.Option(metavar="CSV", help="Write poles and whirl over the speed.")] = None,
+) -> None:
+    """Frequencies of a rotor over its speed, and its critical speeds."""
+    import numpy as np
+
+    import sigmafmu
+
+    loaded = sigmafmu.load(model)
+    if not (np.isfinite([lowest, highest]).all() and 0 <= lowest < highest):
+        raise SigmafmuError(f"--from {lowest:g} --to {highest:g}: speeds must be finite, not negative, and increase")
+    speeds = np.linspace(lowest, highest, points)
+    with progress_bar(err, loaded.name, highest, unit="rad/s") as move_to:
+        found = loaded.campbell(rate, speeds, parameters=dict(map(split_setting, settings or [])), on_speed=move_to)
+    if not found.critical:
+        out.print(f"{found.model}: no critical speed between {lowest:g} and {highest:g} rad/s", soft_wrap=True)
+    for critical in found.critical:
+        out.print(f"critical: {critical}", soft_wrap=True)
+    for path, save in ((plot, found.plot), (output, found.to_csv)):
+        if path:
+            save(path)
+            out.print(f"wrote {path}", soft_wrap=True)
+
+
 def linearize(
-    model: Model,
+    model: ModelName,
     at: At = 0.0,
     settings: Settings = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", help="An input or a vector (default: all).")] = None,
@@ -79,7 +115,7 @@ def linearize(
 
 
 def trim(
-    model: Model,
+    model: ModelName,
     at: At = 0.0,
     settings: Settings = None,
     free: Free = None,
@@ -113,7 +149,7 @@ def _moving(model: str, at: float, settings: list[str] | None) -> "OperatingPoin
     from sigmafmu.linear import operating_point
 
     with progress_bar(err, model, at) as move_to:
-        return operating_point(model, at, settings=dict(map(split_setting, settings or [])), on_time=move_to)
+        return operating_point(model, at, parameters=dict(map(split_setting, settings or [])), on_time=move_to)
 
 
 def _point(
@@ -124,7 +160,7 @@ def _point(
     return search(
         model,
         at,
-        settings=dict(map(split_setting, settings or [])),
+        parameters=dict(map(split_setting, settings or [])),
         inputs=free or (),
         hold=dict(map(_held, hold or [])),
     )
