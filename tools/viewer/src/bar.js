@@ -15,7 +15,7 @@ export function bar(player, parent) {
   time.className = "time";
   time.setAttribute("aria-label", "time");
   const now = make("output", { className: "now" });
-  const speed = slider(-5, 2, 0.01, Math.log10(player.speed), "speed (+ and −)", (power) => {
+  const speed = slider(-6, 2, 0.01, Math.log10(player.speed), "speed (+ and −)", (power) => {
     const near = Math.round(3 * power) / 3; // 1, 2, 5, 10, …
     setSpeed(Math.abs(near - power) < 0.05 ? rounded(10 ** near) : Number((10 ** power).toPrecision(2)));
   });

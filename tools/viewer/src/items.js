@@ -49,7 +49,7 @@ export class Items {
       this.group.add(this.layers.get(item.layer));
     }
     this.layers.get(item.layer).add(mesh);
-    return { ...item.carrier, mesh };
+    return { ...item.carrier, layer: item.layer, mesh };
   }
 
   show(layer, visible) {

@@ -25,6 +25,19 @@ export class Motion {
     this.moveTo(this.start);
   }
 
+  // The largest mean angular velocity of a body [rad/s].
+  fastest() {
+    const turned = this.bodies.map(({ quaternion: [w, x, y, z] }) => {
+      let angle = 0;
+      for (let i = 1; i < w.length; i++) {
+        const cosine = Math.abs(w[i] * w[i - 1] + x[i] * x[i - 1] + y[i] * y[i - 1] + z[i] * z[i - 1]);
+        angle += 2 * Math.acos(Math.min(cosine, 1));
+      }
+      return angle;
+    });
+    return Math.max(...turned) / (this.end - this.start || 1);
+  }
+
   // The frame before t, and the share of the way from it to the next one.
   locate(t) {
     let low = 0;

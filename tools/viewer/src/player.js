@@ -4,7 +4,7 @@ export class Player {
   constructor(motion) {
     this.motion = motion;
     this.playing = false;
-    this.speed = usualSpeed(motion.end - motion.start);
+    this.speed = usualSpeed(motion.end - motion.start, motion.fastest());
     this.listeners = [];
   }
 
@@ -42,10 +42,13 @@ export class Player {
   }
 }
 
-// Real time, but a short or a long run takes about ten seconds.
-export function usualSpeed(span) {
-  if (span >= 1.5 && span <= 40) return 1;
-  const wanted = span > 0 ? span / 10 : 1;
+const SEEN = 30; // rad/s of the picture: what turns faster cannot be seen
+
+// Real time, but a short or a long run takes about ten seconds, and what spins turns so slowly that one sees it.
+export function usualSpeed(span, spin = 0) {
+  const pace = (span >= 1.5 && span <= 40) || span <= 0 ? 1 : span / 10;
+  const wanted = Math.min(pace, spin > 0 ? SEEN / spin : pace);
+  if (wanted === 1) return 1;
   const power = 10 ** Math.floor(Math.log10(wanted));
   return [5, 2, 1].find((k) => k * power <= wanted * 1.0001) * power;
 }

@@ -26,13 +26,13 @@ export function side(content, state, parent) {
     });
   }
   if (has("force") || has("load")) {
-    add("S", "springs, loads", true, (on) => {
+    add("S", "springs", true, (on) => {
       view.items.show("force", on);
       view.items.show("load", on);
     });
   }
   if (has("station") || has("sensor")) {
-    add("O", "stations, sensors", true, (on) => {
+    add("O", "points", false, (on) => {
       view.items.show("station", on);
       view.items.show("sensor", on);
     });
@@ -42,7 +42,7 @@ export function side(content, state, parent) {
   });
   add("T", "paths", false, (on) => view.traces.show(on));
   if (content.arrows.length) {
-    add("A", "forces, torques", false, (on) => {
+    add("A", "forces", false, (on) => {
       view.arrows.group.visible = on;
     });
   }
@@ -103,7 +103,7 @@ export function side(content, state, parent) {
       { title: column.name },
       box,
       swatch,
-      make("span", { textContent: column.name }),
+      make("span", {}, make("bdi", { textContent: column.name })),
       value,
       make("small", { textContent: column.unit }),
     );
@@ -121,14 +121,19 @@ export function side(content, state, parent) {
     const colors = plots.show(rows.filter(({ box }) => box.checked).map(({ column }) => column.name));
     for (const { column, swatch } of rows) swatch.style.background = colors.get(column.name) ?? "transparent";
   }
+  view.items.show("station", false);
+  view.items.show("sensor", false);
   // Those that are plotted first.
   rows.sort((a, b) => b.box.checked - a.box.checked);
   legend.append(...rows.map(({ box }) => box.parentElement));
   parent.append(shown, search, legend);
   choose();
 
+  let written = 0;
   function update() {
-    if (parent.offsetParent === null) return; // hidden
+    const now = performance.now();
+    if (parent.offsetParent === null || (player.playing && now - written < 80)) return; // hidden, or just done
+    written = now;
     for (const { column, value } of rows) value.textContent = short(motion.value(column.name));
   }
   player.listeners.push(update);

@@ -22,7 +22,7 @@ import { Tags } from "./tags.js";
 import { Traces } from "./traces.js";
 
 const SAMPLES = 40; // times at which the extent of the motion is looked up
-const FILLED = 1.12; // room around what is seen
+const FILLED = 1.06; // room around what is seen
 
 export class View {
   constructor(content, bytes, motion, parent) {
@@ -82,10 +82,18 @@ export class View {
     }
     const box = new Box3().setFromPoints(this.corners);
     const sphere = box.getBoundingSphere(new Sphere());
-    this.low = this.corners.reduce((low, corner) => Math.min(low, this.up.dot(corner)), Number.POSITIVE_INFINITY);
+    this.low = this.lowest(this.corners);
+    // Feet that are the lowest parts at the start stand on the ground; other mechanisms move above it.
+    const first = this.corners.slice(0, 8 * this.items.items.length);
+    const feet = first.filter((_, i) => this.items.items[i >> 3].layer === "ground");
+    if (feet.length && this.lowest(feet) < this.lowest(first) + 0.05 * size) this.low = this.lowest(feet);
     this.centre = sphere.center.clone();
     this.radius = Math.max(sphere.radius, 0.3 * size);
     motion.moveTo(motion.start);
+  }
+
+  lowest(points) {
+    return points.reduce((low, point) => Math.min(low, this.up.dot(point)), Number.POSITIVE_INFINITY);
   }
 
   light() {
