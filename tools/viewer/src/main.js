@@ -93,7 +93,12 @@ async function start() {
         arrows: arrows.group.visible,
         paths: traces.group.visible,
         axes: axes.group.visible,
-        camera: camera.position.toArray(),
+        camera: {
+          position: camera.position.toArray(),
+          target: view.controls.target.toArray(),
+          up: camera.up.toArray(),
+          angle: camera.fov, // degrees, from the lower to the upper edge
+        },
         frames,
       };
     },
@@ -103,14 +108,11 @@ async function start() {
       view.dirty = true;
       view.draw();
     },
-    // Pixels of a body's position, or of a point [x, y, z] of W.
-    project(what) {
-      const i = motion.bodies.findIndex((body) => body.name === what);
-      return view.project(i < 0 ? new Vector3().fromArray(what) : motion.poses[i].position);
-    },
-    matrix() {
-      view.camera.updateMatrixWorld();
-      return view.camera.projectionMatrix.clone().multiply(view.camera.matrixWorldInverse).toArray();
+    // Pixels of the origin of a body's axes, as its mesh is drawn.
+    project(name) {
+      const body = motion.bodies.findIndex((candidate) => candidate.name === name);
+      const { mesh } = view.items.items.find(({ layer, point }) => layer === "body" && point.body === body);
+      return view.project(new Vector3().setFromMatrixPosition(mesh.matrixWorld));
     },
   };
 }

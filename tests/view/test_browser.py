@@ -1,0 +1,208 @@
+"""The page of `sigmafmu view` in a real browser."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sigmafmu
+from sigmafmu.contents import draw
+from sigmafmu.contents.raster import paint
+from sigmafmu.view import page as pages
+from sigmafmu.view.subject import model_of, scene_of_fmu, to_record
+
+from .browser import Browser
+
+G = 9.81
+V = np.array([0.3, 1.2, 2.5])
+THROWN = """
+sigmafmu: 1
+name: Thrown
+gravity: [0, 0, -9.81]
+bodies:
+  stone:
+    mass: 1
+    inertia: [0.01, 0.01, 0.01]
+    position: [0, 0, 0]
+    velocity: [0.3, 1.2, 2.5]
+    angular_velocity: [0, 0, 20]
+    shapes: [{ sphere: 0.03, color: "#ff0000" }, { sphere: 0.01, position: [0.3, 0, 0], color: "#00ff00" }]
+  weight:
+    mass: 1
+    inertia: [0.01, 0.01, 0.01]
+    position: [1, 0, 0]
+    velocity: [0, 0, 1]
+    shapes: [{ sphere: 0.02, color: "#0000ff" }]
+experiment: { stop_time: 0.6, step_size: 0.01 }
+"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    browser = Browser()
+    yield browser
+    browser.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """Function that writes the page of a model or a file, and tells its path."""
+    if not Path(pages.__file__).with_name(pages.VIEWER).is_file():
+        pytest.skip("the package was built without npm, so it has no viewer")
+    written = {}
+
+    def get(target: str, stop_time: float | None = None) -> Path:
+        if target not in written:
+            model = model_of(target)
+            scene = scene_of_fmu(model.fmu)
+            result = model.run(stop_time, outputs=to_record(model, scene))
+            written[target] = tmp_path_factory.mktemp("view") / f"{model.name}.html"
+            written[target].write_text(pages.page(scene, result), encoding="utf-8")
+        return written[target]
+
+    return get
+
+
+@pytest.fixture(scope="module")
+def thrown(tmp_path_factory, page):
+    file = tmp_path_factory.mktemp("thrown") / "Thrown.yaml"
+    file.write_text(THROWN, encoding="utf-8")
+    return page(str(file))
+
+
+def requests(browser: Browser) -> list[str]:
+    """Addresses that the page asked for."""
+    events = [json.loads(message)["message"] for message in browser.log("performance")]
+    return [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+
+
+@pytest.mark.parametrize("target", ["SliderCrank", "FlexibleSliderCrank", "HighSpeedRotor"])
+def test_page_runs_without_errors_and_network(browser, page, target):
+    file = page(target, 0.2)
+    browser.open(file)
+    browser.wait("return sigmafmu.state.frames > 5")
+    assert browser.log("browser") == []
+    assert [url for url in requests(browser) if not url.startswith("data:")] == [file.as_uri()]
+    assert browser.state["playing"]
+    picture = browser.picture()
+    background = picture[2, picture.shape[1] // 2]
+    different = (np.abs(picture - background).max(axis=2) > 40).mean()
+    assert 0.02 < different < 0.6
+
+
+@pytest.mark.parametrize("t", [0.0, 0.2034, 0.55])
+def test_body_is_drawn_where_it_is(browser, thrown, t):
+    """The parabola and the spin, known without any simulation; t lies between frames, too."""
+    browser.open(thrown)
+    browser.run(f"sigmafmu.seek({t})")
+    browser.press("l", "l")  # no names in front of it
+    centre = V * t - [0, 0, G * t**2 / 2]
+    expected = browser.pixel(centre)
+    drawn = browser.run("return sigmafmu.project('stone')")
+    left, top = browser.run("const r = document.querySelector('canvas').getBoundingClientRect(); return [r.left, r.top]")
+    assert np.linalg.norm(expected - (drawn["x"] - left, drawn["y"] - top)) < 0.2
+    picture = browser.picture()
+    tip = centre + 0.3 * np.array([np.cos(20 * t), np.sin(20 * t), 0])
+    for point, channel in ((centre, 0), (tip, 1)):
+        others = [i for i in range(3) if i != channel]
+        colored = (picture[..., channel] > 90) & (picture[..., others].max(axis=2) < 0.55 * picture[..., channel])
+        rows, columns = np.nonzero(colored)
+        assert len(rows) > 20
+        seen = np.array([columns.min() + columns.max() + 1, rows.min() + rows.max() + 1]) / 2
+        assert np.linalg.norm(seen - browser.pixel(point)) < 2
+
+
+def test_keys_control_the_player(browser, thrown):
+    from selenium.webdriver.common.keys import Keys
+
+    browser.open(thrown)
+    browser.press(Keys.SPACE)
+    assert not browser.state["playing"]
+    browser.press(Keys.HOME)
+    assert browser.state["time"] == 0
+    browser.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_LEFT)
+    assert browser.state["time"] == pytest.approx(2 * 0.01, abs=1e-8)
+    browser.press(Keys.END)
+    assert browser.state["time"] == pytest.approx(0.6, abs=1e-8)
+    speed = browser.state["speed"]
+    browser.press("+", "+", "+")
+    assert browser.state["speed"] == pytest.approx(10 * speed)
+    browser.press("-")
+    assert browser.state["speed"] == pytest.approx(5 * speed)
+    browser.press(Keys.HOME, Keys.SPACE)
+    browser.wait("return sigmafmu.state.time > 0.1")
+
+
+def test_keys_control_the_picture(browser, page):
+    browser.open(page("SliderCrank", 0.2))
+    browser.press(" ")
+    before = browser.state
+    browser.press("f")
+    assert browser.state["followed"] == 0
+    browser.press("a", "t", "x", "d", "l")
+    after = browser.state
+    for switch in ("arrows", "paths", "axes"):
+        assert not before[switch]
+        assert after[switch]
+    assert {before["theme"], after["theme"]} == {"light", "dark"}
+    assert before["names"] != after["names"]
+    browser.press("f", "f", "f")
+    assert browser.state["followed"] == -1
+    browser.press("1")
+    camera = browser.state["camera"]
+    assert np.argmax(np.abs(np.subtract(camera["position"], camera["target"]))) == 0
+    browser.press("v", "p")
+    width, height = browser.size
+    assert width == browser.run("return innerWidth")
+    assert height > 0.8 * browser.run("return innerHeight")
+    browser.press("h")
+    assert browser.run("return document.querySelector('dialog').open")
+    assert browser.log("browser") == []
+
+
+def test_followed_body_stays_in_the_middle(browser, thrown):
+    browser.open(thrown)
+    browser.press("f")
+    for t in (0.1, 0.5):
+        browser.run(f"sigmafmu.seek({t})")
+        target = np.array(browser.state["camera"]["target"])
+        np.testing.assert_allclose(target, V * t - [0, 0, G * t**2 / 2], atol=1e-4)
+
+
+def test_deformation_is_exaggerated(browser, page):
+    browser.open(page("FlexibleSliderCrank", 0.2))
+    browser.run("sigmafmu.seek(0.15)")
+    browser.press("l", "l")
+    before = browser.picture()
+    browser.run(
+        "const input = document.querySelector('[aria-label=deformation]');"
+        "input.value = 2; input.dispatchEvent(new Event('input'))"
+    )
+    assert (np.abs(browser.picture() - before).max(axis=2) > 60).sum() > 300
+
+
+@pytest.mark.parametrize("model", ["SliderCrank", "HighSpeedRotor", "FlexiblePendulum"])
+def test_picture_is_that_of_the_documentation(browser, page, model):
+    """Loosely: the outlines agree with those that the FMU's picture is painted with, by other code."""
+    browser.open(page(model, 0.2))
+    browser.run("sigmafmu.seek(0)")
+    browser.press(*"gll")
+    picture = browser.picture()
+    mine = np.abs(picture - picture[-3, 3]).max(axis=2) > 40
+    mine[:40, :250] = False  # the title
+    scene = scene_of_fmu(sigmafmu.load(model).fmu)
+    solids = [s for s in scene.solids if s.layer not in ("station", "sensor")]
+    scene.solids = solids
+    camera = draw.camera_for(scene, 900, 700, np.array([20, 20]))
+    _, seen = paint(draw.still(scene), camera)
+    outlines = [_framed(outline) for outline in (mine, seen >= 0)]
+    both, either = outlines[0] & outlines[1], outlines[0] | outlines[1]
+    assert both.sum() / either.sum() > 0.6
+
+
+def _framed(outline: np.ndarray) -> np.ndarray:
+    """What is true, in a frame of its own size, as 160 × 160 pixels."""
+    rows, columns = (np.flatnonzero(outline.any(axis=axis)) for axis in (1, 0))
+    y, x = (np.linspace(found[0], found[-1], 160).astype(int) for found in (rows, columns))
+    return outline[np.ix_(y, x)]
