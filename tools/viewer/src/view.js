@@ -206,12 +206,11 @@ export class View {
     return hit?.object.userData.body ?? -1;
   }
 
-  // Pixel of a point of W, from the page's corner.
+  // Pixel of a point of W, from the picture's corner.
   project(point) {
     this.camera.updateMatrixWorld();
-    const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const seen = point.clone().project(this.camera);
-    return { x: left + ((seen.x + 1) / 2) * width, y: top + ((1 - seen.y) / 2) * height };
+    return { x: ((seen.x + 1) / 2) * this.parent.clientWidth, y: ((1 - seen.y) / 2) * this.parent.clientHeight };
   }
 }
 

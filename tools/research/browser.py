@@ -1,4 +1,4 @@
-"""Headless Chromium, driven by Selenium: opens pages and tells what they show."""
+"""Headless Chromium, driven by Selenium: opens pages of `sigmafmu view` and tells what they show."""
 
 import io
 import shutil
@@ -6,31 +6,34 @@ import time
 from pathlib import Path
 
 import numpy as np
-import pytest
 from PIL import Image
 
 PROGRAMS = {"chromium": ("chromium", "chromium-browser", "google-chrome"), "driver": ("chromedriver",)}
 OPTIONS = (
     *("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars"),
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),  # WebGL without a graphics card
-    *("--window-size=1000,700", "--force-device-scale-factor=1"),
+    "--force-device-scale-factor=1",
 )
 PATIENCE = 30.0
 """Seconds until a page must be there."""
 
 
+class MissingError(Exception):
+    """There is no browser."""
+
+
 def programs() -> tuple[str, str]:
-    """Paths of Chromium and its driver; the test is skipped where they are missing."""
+    """Paths of Chromium and its driver; raises MissingError where they are not installed."""
     found = [next((path for name in names if (path := shutil.which(name))), None) for names in PROGRAMS.values()]
     if None in found:
-        pytest.skip("Chromium and its driver are not installed: apt-get install chromium chromium-driver")
+        raise MissingError("Chromium and its driver are not installed: apt-get install chromium chromium-driver")
     return found[0], found[1]
 
 
 class Browser:
     """A browser with one page."""
 
-    def __init__(self):
+    def __init__(self, width: int = 900, height: int = 640):
         from selenium import webdriver
         from selenium.webdriver.chrome.options import Options
         from selenium.webdriver.chrome.service import Service
@@ -40,6 +43,7 @@ class Browser:
         options.binary_location = chromium
         for option in OPTIONS:
             options.add_argument(option)
+        options.add_argument(f"--window-size={width},{height}")
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
 
