@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import sigmafmu
+from research.view import chain
 from sigmafmu.cli import app
 from sigmafmu.contents.scene_of import BODIES, RED
 from sigmafmu.view import page as pages
@@ -123,20 +124,9 @@ def test_notebooks_show_results(viewer):
 
 def test_size_of_ten_seconds_of_thirty_bodies(viewer):
     """A chain of thirty links, drawn from inertia, with all reactions: below 3 MB."""
-    bodies = "".join(
-        f"  link{i}: {{ mass: 1, inertia: [0.01, 0.01, 0.001], center_of_mass: [0, 0, -0.1] }}\n" for i in range(30)
-    )
-    joints = "".join(
-        f"  joint{i}: {{ type: revolute, bodies: [{'ground' if not i else f'link{i - 1}'}, link{i}], "
-        f"frame1: {{ position: [0, 0, {-0.2 if i else 0}], orientation: {{ rpy: ['90 deg', 0, 0] }} }}, "
-        f"frame2: {{ orientation: {{ rpy: ['90 deg', 0, 0] }} }}, coordinate: 0.1 }}\n"
-        for i in range(30)
-    )
-    text = f"sigmafmu: 1\nname: Chain\nbodies:\n{bodies}joints:\n{joints}"
-    text += "experiment: { stop_time: 10, step_size: 0.0166666666666667 }\nintegrator: { stepSize: 0.0083333333333 }\n"
-    Path("Chain.yaml").write_text(text)
+    Path("Chain.yaml").write_text(chain())
     succeed("view Chain.yaml --no-open")
-    scene = content(Path("Chain.html"))
+    scene = content(Path("Chain30.html"))
     assert scene["time"]["n"] >= 600
     assert len(scene["bodies"]) == 30
     assert len(scene["arrows"]) == 60

@@ -48,7 +48,8 @@ def fetch(*, development: bool) -> Path:
     NPM.mkdir(parents=True, exist_ok=True)
     for path in PACKAGES:
         shutil.copyfile(path, NPM / path.name)
-    options = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1", "--fetch-timeout=30000"]
+    options = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
+    options += ["--fetch-retry-mintimeout=1000", "--fetch-timeout=30000"]
     options += [] if development else ["--omit=dev"]
     told = {"capture_output": True, "text": True, "timeout": SECONDS}
     try:
@@ -97,9 +98,11 @@ def main() -> int:
             return style(write=options.what == "format")
         bundle(options.output)
     except Unreachable as error:
+        missing = "style not checked"
         if options.what == "bundle":
             options.output.unlink(missing_ok=True)
-        sys.stdout.write(f"viewer: not built, so that `sigmafmu view` writes glTF alone: {error}\n")
+            missing = "not built, so that `sigmafmu view` writes glTF alone"
+        sys.stdout.write(f"viewer: {missing}: {error}\n")
     return 0
 
 

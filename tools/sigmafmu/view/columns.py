@@ -45,5 +45,6 @@ def plotted(columns: list[str], layout: Layout, patterns: Iterable[str] = ()) ->
     asked = [name for name in columns if any(fnmatchcase(name, p) or name.startswith(f"{p}[") for p in patterns)]
     if asked:
         return asked
-    moving = coordinates(columns, layout) or [name for name in columns if ".position[" in name or ".modal[" in name]
+    found = [[name for name in columns if kind in name] for kind in (".modal[", ".position[")]
+    moving = coordinates(columns, layout) or found[0] or found[1]
     return moving[:SHOWN] + [name for name in columns if name in ENERGIES]

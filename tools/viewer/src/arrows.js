@@ -3,7 +3,7 @@ import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshStandardMaterial, Vect
 
 const FORCE = "#d8453a";
 const TORQUE = "#9a5bd0";
-const LONGEST = 0.3; // of the mechanism's size
+const LONGEST = 0.45; // of the mechanism's size
 
 export class Arrows {
   constructor(scene, motion) {
@@ -14,9 +14,12 @@ export class Arrows {
     this.scale = 1;
     const t = scene.thickness;
     this.arrows = scene.arrows.map(({ variable, torque, point }) => {
-      const material = new MeshStandardMaterial({ color: torque ? TORQUE : FORCE, roughness: 0.6 });
+      const material = new MeshStandardMaterial({ color: torque ? TORQUE : FORCE, roughness: 0.6, depthTest: false });
       const shaft = new Mesh(SHAFT, material);
       const heads = (torque ? [0, 1] : [0]).map(() => new Mesh(HEAD, material));
+      // Over all else: many of them begin within bodies.
+      shaft.renderOrder = 2;
+      for (const head of heads) head.renderOrder = 2;
       const group = new Group().add(shaft, ...heads);
       this.group.add(group);
       const names = [1, 2, 3].map((i) => `${variable}[${i}]`);

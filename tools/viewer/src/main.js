@@ -79,6 +79,7 @@ async function start() {
   // For tests and for pages around this one.
   window.sigmafmu = {
     player,
+    loaded: performance.now(), // ms from the opening of the page to the first picture
     get state() {
       const { followed, arrows, traces, frames: axes, tags, camera } = view;
       return {
