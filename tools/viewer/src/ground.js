@@ -38,11 +38,11 @@ export class Ground {
     });
     const plane = new PlaneGeometry(2 * far, 2 * far);
     const grid = new Mesh(plane, this.material);
-    const shadow = new Mesh(plane, new ShadowMaterial({ opacity: 0.22, depthWrite: false }));
-    shadow.receiveShadow = true;
+    this.shadow = new Mesh(plane, new ShadowMaterial({ opacity: 0.22, depthWrite: false }));
+    this.shadow.receiveShadow = true;
     grid.renderOrder = -1;
-    shadow.renderOrder = -2;
-    this.group = new Group().add(grid, shadow);
+    this.shadow.renderOrder = -2;
+    this.group = new Group().add(grid, this.shadow);
     this.group.position.copy(centre);
     this.group.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), up));
   }

@@ -12,6 +12,8 @@ import css from "./style.css";
 import { Theme } from "./theme.js";
 import { View } from "./view.js";
 
+const SLOW = 0.07; // seconds: frames that take longer, so many in a row, cost the picture its shadows
+const PATIENCE = 8;
 const NARROW = 720; // pixels: below, the panel is closed at first
 
 async function start() {
@@ -65,9 +67,13 @@ async function start() {
 
   let last = performance.now();
   let frames = 0;
+  let slow = 0;
   const loop = (now) => {
-    player.tick((now - last) / 1000);
+    const passed = (now - last) / 1000;
     last = now;
+    player.tick(passed);
+    slow = player.playing && passed > SLOW && passed < 1 ? slow + 1 : 0; // longer: the page was hidden
+    if (slow === PATIENCE) view.lighten();
     view.draw();
     frames++;
     requestAnimationFrame(loop);
@@ -79,6 +85,7 @@ async function start() {
   // For tests and for pages around this one.
   window.sigmafmu = {
     player,
+    view,
     loaded: performance.now(), // ms from the opening of the page to the first picture
     get state() {
       const { followed, arrows, traces, frames: axes, tags, camera } = view;

@@ -184,6 +184,13 @@ export class View {
     this.dirty = true;
   }
 
+  // Without shadows, for machines without a graphics card.
+  lighten() {
+    this.sun.castShadow = false;
+    this.ground.shadow.visible = false;
+    this.dirty = true;
+  }
+
   draw() {
     if (this.followed >= 0) this.shift(this.motion.poses[this.followed].position);
     if (!this.dirty) return;
