@@ -13,7 +13,7 @@ from sigmafmu.view import page as pages
 from sigmafmu.view.subject import model_of, scene_of_fmu, to_record
 
 LIBRARY = Path(__file__).resolve().parents[2] / "models" / "library"
-SIZE = (1000, 640)
+SIZE = (1000, 760)
 FRAMES = 300
 """So many frames of the playing page are prepared to tell what one costs."""
 START, END = "<!-- measured -->", "<!-- /measured -->"
@@ -60,7 +60,7 @@ def slide(name: str, power: float) -> str:
 
 SHOTS = {
     "slider_crank": Shot("SliderCrank", time=0.38, keys="a"),
-    "four_bar": Shot(str(LIBRARY / "AndrewsSqueezer.yaml"), time=0.02, keys="d"),
+    "closed_loop": Shot(str(LIBRARY / "AndrewsSqueezer.yaml"), time=0.02, keys="d"),
     "flexible": Shot("FlexiblePendulum", time=1.7, keys="t", script=slide("deformation", 0.8)),
     "robot": Shot(str(LIBRARY / "RobotArm.yaml"), stop_time=1.0, time=0.1, keys="dt"),
     "rotor": Shot("HighSpeedRotor", stop_time=0.1, time=0.05),
@@ -125,7 +125,7 @@ def _measured(browser: Browser, name: str, shot: Shot, folder: Path, images: Pat
         browser.picture()  # waits for it
         picture = images / f"view_{name}.png"
         browser.driver.save_screenshot(str(picture))
-        Image.open(picture).convert("P", palette=Image.Palette.ADAPTIVE, colors=128).save(picture, optimize=True)
+        Image.open(picture).convert("P", palette=Image.Palette.ADAPTIVE, colors=256).save(picture, optimize=True)
     size = len(text.encode()) / 1e6
     own = size - len(pages.viewer_source().encode()) / 1e6
     values = (
