@@ -44,7 +44,7 @@ build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python
 
 $(SETUP): LOG := build/setup.log
 $(SETUP): pyproject.toml tools/requirements.py
-	@echo "setup: private environment $(VENV) (packages from PyPI, 0.7 GB)"
+	@echo "setup: private environment $(VENV) (packages from PyPI, 0.9 GB)"
 	@mkdir -p build
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) install -q --upgrade pip
@@ -110,12 +110,13 @@ test-asan: build ## run FMU and core tests under the address and undefined-behav
 	 $(BIN)/python -m pytest -n auto $(if $(QUICK),-m "not slow and not heavy and not release" $(ASAN_QUICK),tests/fmu tests/core) \
 	 $(PYTEST_ARGS)
 
-lint: $(SETUP) ## check style: ruff, clang-format and biome
-	@echo "lint: ruff, clang-format, biome"
+lint: $(SETUP) ## check style and types: ruff, clang-format, biome and mypy
+	@echo "lint: ruff, clang-format, biome, mypy"
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check
 	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
 	@$(BIN)/python tools/viewer/build.py check
+	@$(BIN)/mypy --no-error-summary
 
 TIDY := build/tidy/clang_tidy/data/bin/clang-tidy
 

@@ -1,14 +1,18 @@
 """What `sigmafmu run --plot` draws."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mpl_toolkits.mplot3d import Axes3D
 
+import sigmafmu
 from sigmafmu import plots
 from sigmafmu.loop import studies
 from sigmafmu.model import Model
 from sigmafmu.result import Result, Statistics
 
+LIBRARY = Path(__file__).parents[2] / "models" / "library"
 SPATIAL = {"HeavyTop", "SliderCrank", "FlexiblePendulum", "FlexibleSliderCrank"}
 MOVED = {"SpinUpBeam": {"hubPivot.motorTorque": 5.0}}
 
@@ -24,6 +28,17 @@ def test_six_panels_at_most_and_a_path_in_space(fmu, model):
     assert any(isinstance(axes, Axes3D) for axes in figure.axes) == (model in SPATIAL)
     for axes in panels(figure):
         assert axes.get_title(loc="left") or axes.get_title(), "every panel says what it shows"
+
+
+@pytest.mark.parametrize("name", ["AndrewsSqueezer", "DoubleWishbone", "StewartPlatform"])
+def test_a_file_has_an_overview(name):
+    """Forces along lines and in space, numbered coordinates, more of each than a panel shows."""
+    figure = plots.figure(sigmafmu.load(LIBRARY / f"{name}.yaml").run(0.002, step_size=0.001))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert [titles[0].split()[0], titles[1].split(" (")[0]] == ["Paths", "Joint angle"]
+    assert any(title.startswith("Reaction force (6 of ") for title in titles)
+    assert len(panels(figure)) == plots.MAX_PANELS
+    assert all(len(axes.lines) <= 2 * plots.MAX_CURVES for axes in figure.axes)
 
 
 def test_motion_in_a_plane_is_drawn_in_it(fmu):

@@ -1,34 +1,13 @@
-"""Every command and every piece of Python in docs/linearize.md runs, in the order of the page."""
+"""Numbers that docs/linearize.md tells; its examples are run by tests/docs/test_examples.py."""
 
 import re
-import shlex
 from pathlib import Path
 
 import numpy as np
-import pytest
-from typer.testing import CliRunner
 
 import sigmafmu
-from sigmafmu.cli import app
 
 PAGE = (Path(__file__).parents[2] / "docs" / "linearize.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
-
-
-@pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_block_runs(number, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    language, text = BLOCKS[number]
-    if language == "python":
-        exec(compile(text, f"block {number} of docs/linearize.md", "exec"), {})
-        return
-    for line in text.splitlines():
-        result = CliRunner().invoke(app, shlex.split(line)[1:], catch_exceptions=False)
-        assert result.exit_code == 0, result.output
-
-
-def test_the_page_has_commands_and_python():
-    assert {language for language, _ in BLOCKS} == {"", "python"}
 
 
 def test_poles_of_the_upright_top_are_those_of_the_page():

@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import fmpy
@@ -93,7 +94,7 @@ class Fmu:
 
 
 def _callbacks(on_message: MessageHandler) -> fmi2CallbackFunctions:
-    def logger(_environment, _instance_name, status, category, message):
+    def logger(_environment: Any, _name: bytes, status: int, category: bytes, message: bytes) -> None:
         name = STATUS_NAMES[status] if 0 <= status < len(STATUS_NAMES) else f"status {status}"
         on_message(LogMessage(name, (category or b"").decode(), (message or b"").decode()))
 

@@ -110,8 +110,8 @@ def _head(fmu: Fmu) -> Group:
         if value:
             capabilities.append(label if value is True else f"{label} {value}")
     facts = {
-        "FMU": str(fmu.path),
-        "Version": f"{d.version}, FMI {d.fmiVersion} co-simulation",
+        "FMU" if fmu.path.suffix == ".fmu" else "File": str(fmu.path),
+        "Version": ", ".join(filter(None, (d.version, f"FMI {d.fmiVersion} co-simulation"))),
         "Degrees of freedom": _freedom(fmu),
         "Stop time": f"{d.defaultExperiment.stopTime} s" if d.defaultExperiment else "not given",
         "Can": ", ".join(capabilities),

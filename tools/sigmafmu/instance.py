@@ -1,11 +1,11 @@
 """A live instance of a model: set, step, get, save and restore, and runs that record."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -96,7 +96,7 @@ class Instance:
     @contextmanager
     def calls(self, what: str = "refuses") -> Iterator[None]:
         """Around calls of `slave`: if one fails, SimulationError tells why, as “<model> <what>: <reason>”."""
-        self._complaints.clear()
+        self._begin()
         try:
             yield
         except FMICallException as error:
@@ -128,10 +128,10 @@ class Instance:
                 setters[variable.type]([variable.valueReference], [number])
 
     @overload
-    def get(self, name: str, /) -> "float | np.ndarray": ...
+    def get(self, name: str, /) -> Any: ...
     @overload
-    def get(self, names: Sequence[str], /) -> np.ndarray: ...
-    def get(self, name: str | Sequence[str], /) -> "float | np.ndarray":
+    def get(self, names: list[str] | tuple[str, ...], /) -> np.ndarray: ...
+    def get(self, name: str | list[str] | tuple[str, ...], /) -> Any:
         """Present value of the scalar `name` in its SI unit, or (k,) array of the vector `name[1..k]`.
 
         Of several names: an array of all their scalars, one after the other. An enumeration is the number of its item.
@@ -162,7 +162,7 @@ class Instance:
         If that fails, `time` is what the model has reached.
         """
         self.start()
-        self._complaints.clear()
+        self._begin()
         try:
             self.slave.doStep(self.time, H)
         except FMICallException as error:
@@ -226,7 +226,7 @@ class Instance:
             recorder.record(self.time)
 
         begin, wall_time, failure = self.time, 0.0, None
-        self._complaints.clear()
+        self._begin()
         try:
             for start, size in steps:
                 signals.set_step(self.slave, start, size)
@@ -261,6 +261,12 @@ class Instance:
             self._complaints.append(message)
         if self._on_message:
             self._on_message(message)
+
+    def _begin(self) -> None:
+        """Before calls whose complaints belong together."""
+        if self.slave.component is None:
+            raise SigmafmuError(f"this instance of {self._fmu.name} is closed; make another")
+        self._complaints.clear()
 
     def _stopped(self, error: FMICallException) -> str:
         """What to say of a step that failed; the time becomes what was reached."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sigmafmu import SigmafmuError, fmu_path
 from sigmafmu.fmu import Fmu, MessageHandler
 from sigmafmu.instance import Instance
+from sigmafmu.mechanism_file import MECHANISM_FILES
 from sigmafmu.recorder import TakeRows
 from sigmafmu.result import Result
 from sigmafmu.signals import Signal
@@ -19,7 +20,6 @@ from sigmafmu.variables import SettingValue, Variable
 if TYPE_CHECKING:
     from sigmafmu.linear import Campbell, LinearModel, OperatingPoint
 
-MECHANISM_FILES = (".yaml", ".yml", ".json")
 EVERYTHING = {"expose": {key: ["*"] for key in ("inputs", "outputs", "parameters")}}
 
 
@@ -63,6 +63,9 @@ class Model:
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: {len(self.inputs)} inputs, {len(self.outputs)} outputs>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return load, (str(self.fmu.path.resolve()),)  # another process reads the same file
 
     @property
     def name(self) -> str:

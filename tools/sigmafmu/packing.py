@@ -23,6 +23,7 @@ from sigmafmu.contents.description import Description
 from sigmafmu.contents.layout import NO_SHAPES, Shapes
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
+from sigmafmu.mechanism_file import MECHANISM_FILES
 
 PACKAGE = Path(__file__).parent
 PARTS = PACKAGE / "slave"
@@ -36,25 +37,33 @@ NO_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def build_fmu(
-    mechanism: str | dict[str, Any],
-    path: Path | str,
+    mechanism: str | Path | dict[str, Any],
+    path: Path | str | None = None,
     *,
     resources: Path | str | None = None,
     source: Path | str | None = None,
     shapes: Shapes = NO_SHAPES,
 ) -> Path:
-    """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path.
+    """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path, by default the mechanism's name.
 
-    `mechanism` is the mechanism in JSON, as `mechanism.json` in an FMU has it, or its content; its name is the model
-    identifier. The file `source`, of which the mechanism was made, goes into the FMU's documentation. The folder
-    `resources` has the modal data of flexible bodies; default: that of `source`. `shapes` tell what bodies look like
-    (`sigmafmu.contents.shapes`), for pictures and `sigmafmu view`. Raises SigmafmuError with one sentence
-    for a mechanism that is wrong, and for files that cannot be read or written.
+    `mechanism` is a mechanism file (.yaml, .yml or .json), or the mechanism in JSON, as `mechanism.json` in an FMU has
+    it, or its content; its name is the model identifier. For the latter two, the file `source`, of which the mechanism
+    was made, goes into the FMU's documentation, and the folder `resources` has the modal data of flexible bodies;
+    default: that of `source`; `shapes` tell what bodies look like (`sigmafmu.contents.shapes`), for pictures and
+    `sigmafmu view`. Raises SigmafmuError with one sentence for a mechanism that is wrong, and for files that cannot be
+    read or written; for a mechanism file with mistakes a line for each.
     """
+    if isinstance(mechanism, Path) or (isinstance(mechanism, str) and mechanism.endswith(MECHANISM_FILES)):
+        from sigmafmu.mechanism_file.drawing import shapes_of
+        from sigmafmu.mechanism_file.load import folder_of, load
+
+        file = load(mechanism)
+        with folder_of(file.resources) as data:
+            return build_fmu(file.definition, path, resources=data, source=file.path, shapes=shapes_of(file))
     text = mechanism if isinstance(mechanism, str) else json.dumps(mechanism)
     folder = Path(resources) if resources is not None else Path(source or ".").parent
     description = describe(text, folder)
-    target = Path(path)
+    target = Path(path or f"{description.model}.fmu")
     try:
         with tempfile.TemporaryDirectory(prefix=f"{description.model}-") as name:
             tree = Path(name)

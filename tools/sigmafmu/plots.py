@@ -3,8 +3,10 @@
 None has more than `MAX_PANELS` panels.
 """
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -20,7 +22,7 @@ from sigmafmu.result import NotRecordedError, Result
 from sigmafmu.variables import vectors
 
 COLORS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e39c1c", "#7b4fa3", "#4d4d4d", "#17a2b8", "#9c6b30")
-STYLE = {
+STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 10,
     "axes.titleweight": "bold",
@@ -36,6 +38,8 @@ STYLE = {
 }
 XYZ = ("x", "y", "z")
 MAX_PANELS = 6
+MAX_CURVES = 6
+"""In a panel of an overview."""
 FLAT = 1e-3
 """Of the largest extent of a motion: what moves less along an axis, does not move along it."""
 RESIDUAL_FLOOR = 1e-18
@@ -55,16 +59,9 @@ def figure(result: Result, reference: Reference | None = None, *, named: bool = 
 
 def phase_portraits(result: Result) -> Figure:
     """The rate of each coordinate over the coordinate, for those that were recorded with their rates."""
-    recorded = vectors(result.names)
-    pairs = [
-        pair
-        for end, name in RATES.items()
-        for base in recorded
-        if base.endswith(end)
-        for pair in zip(recorded.get(base.removesuffix(end) + name, ()), recorded[base], strict=False)
-    ]
+    pairs = _moving_pairs(result, JOINT_RATES) or _moving_pairs(result, {"velocity": ("position",)})
     if not pairs:
-        raise SigmafmuError(f"the run of {result.model} has recorded no coordinate together with its rate")
+        raise SigmafmuError(f"the run of {result.model} has recorded no coordinate that moves together with its rate")
     shown = pairs[:MAX_PANELS]
     columns = min(len(shown), 3)
     rows = -(-len(shown) // columns)
@@ -84,14 +81,26 @@ def phase_portraits(result: Result) -> Figure:
     return drawn
 
 
-RATES = {
-    ".angularRate": ".angle",
-    "AngularRate": "Angle",
-    ".rate": ".displacement",
-    "modalRate": "modal",
-    "velocity": "position",
-}
-"""End of the name of a rate → that of its coordinate, by importance."""
+JOINT_RATES = {"angularRate": ("angle",), "rate": ("displacement", "length"), "modalRate": ("modal",)}
+"""End of the name of a rate → ends of the names of its coordinate, by importance."""
+
+
+def _moving_pairs(result: Result, rates: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
+    """Coordinates and their rates, without coordinates that hardly move beside others of the same unit."""
+    recorded = vectors(result.names)
+    pairs = [
+        pair
+        for rate, coordinates in rates.items()
+        for base in recorded
+        if (match := re.fullmatch(rf"(.+)\.{rate}(\d*)", base))
+        for coordinate in coordinates
+        for pair in zip(recorded.get(f"{match[1]}.{coordinate}{match[2]}", ()), recorded[base], strict=False)
+    ]
+    largest: dict[str, float] = {}
+    for coordinate, _ in pairs:
+        unit = result.units.get(coordinate, "")
+        largest[unit] = max(largest.get(unit, 0.0), np.ptp(result[coordinate]))
+    return [p for p in pairs if np.ptp(result[p[0]]) > FLAT * largest[result.units.get(p[0], "")]]
 
 
 def save(drawn: Figure, path: Path | str) -> None:
@@ -201,16 +210,18 @@ def by_unit(result: Result, _reference: Reference | None = None) -> Figure:
 
 
 def _angle(axes: Axes, result: Result) -> None:
-    joints = _owners(result, "angle")
-    turns = max(np.ptp(result[f"{joint}.angle"]) for joint in joints) > 4 * np.pi
-    for joint in joints:
-        angle = result[f"{joint}.angle"]
-        axes.plot(result.time, angle / (2 * np.pi) if turns else np.degrees(angle), label=joint)
-    _finish(axes, "Joint angle", "turns" if turns else "deg", legend=3)
+    angles = _columns(result, "angle")
+    turns = max(np.ptp(angle) for angle in angles.values()) > 4 * np.pi
+    shown = {label: angle / (2 * np.pi) if turns else np.degrees(angle) for label, angle in angles.items()}
+    _curves(axes, result, shown, "Joint angle", "turns" if turns else "deg")
 
 
 def _displacement(axes: Axes, result: Result) -> None:
     _lengths(axes, result, "displacement", "Joint displacement")
+
+
+def _length(axes: Axes, result: Result) -> None:
+    _lengths(axes, result, "length", "Length")
 
 
 def _deflection(axes: Axes, result: Result) -> None:
@@ -219,50 +230,54 @@ def _deflection(axes: Axes, result: Result) -> None:
 
 def _lengths(axes: Axes, result: Result, quantity: str, title: str) -> None:
     """Scalars, or the components of vectors, in a readable unit."""
-    columns = {owner: result[f"{owner}.{quantity}"] for owner in _owners(result, quantity)}
+    columns = _columns(result, quantity)
     factor, unit = _length_scale(max(np.abs(values).max() for values in columns.values()))
-    for owner, values in columns.items():
-        for label, component in _components(owner if len(columns) > 1 else "", values):
-            axes.plot(result.time, factor * component, label=label or owner)
-    _finish(axes, title, unit, legend=3)
+    shown = {
+        label or owner: factor * component
+        for owner, values in columns.items()
+        for label, component in _components(owner if len(columns) > 1 else "", values)
+    }
+    _curves(axes, result, shown, title, unit)
 
 
 def _angular_rate(axes: Axes, result: Result) -> None:
-    for joint in _owners(result, "angularRate"):
-        axes.plot(result.time, result[f"{joint}.angularRate"], label=joint)
-    _finish(axes, "Rate of the joint angle", "rad/s", legend=3)
+    _curves(axes, result, _columns(result, "angularRate"), "Rate of the joint angle", "rad/s")
+
+
+def _rate(axes: Axes, result: Result) -> None:
+    _curves(axes, result, _columns(result, "rate"), "Rate", "m/s")
 
 
 def _angular_velocity(axes: Axes, result: Result) -> None:
-    bodies = _owners(result, "angularVelocity")
-    if len(bodies) == 1:
-        for label, component in _components("", result[f"{bodies[0]}.angularVelocity"]):
-            axes.plot(result.time, component, label=label)
-        _finish(axes, "Angular velocity", "rad/s", legend=3)
-        return
-    for body in bodies:
-        axes.plot(result.time, np.linalg.norm(result[f"{body}.angularVelocity"], axis=1), label=body)
-    _finish(axes, "Angular speed", "rad/s", legend=3)
+    velocities = _columns(result, "angularVelocity")
+    if len(velocities) == 1:
+        (velocity,) = velocities.values()
+        _curves(axes, result, dict(_components("", velocity)), "Angular velocity", "rad/s")
+    else:
+        _curves(axes, result, _sizes(velocities), "Angular speed", "rad/s")
 
 
 def _modal(axes: Axes, result: Result) -> None:
-    for body in _owners(result, "modal"):
-        for i, coordinate in enumerate(result[f"{body}.modal"].T, start=1):
+    for coordinates in _columns(result, "modal").values():
+        for i, coordinate in enumerate(coordinates.T, start=1):
             axes.plot(result.time, coordinate, label=f"{i}")
     _finish(axes, "Modes", "m", legend=4)
 
 
 def _forces(axes: Axes, result: Result) -> None:
-    for joint in _owners(result, "reactionForce"):
-        force = np.linalg.norm(result[f"{joint}.reactionForce"], axis=1)
-        axes.plot(result.time, force, label=joint, linewidth=1)
-    _finish(axes, "Reaction force", "N", legend=2)
+    _curves(axes, result, _sizes(_columns(result, "reactionForce")), "Reaction force", "N")
 
 
 def _support_forces(axes: Axes, result: Result) -> None:
-    for support in _owners(result, "force"):
-        axes.plot(result.time, np.linalg.norm(result[f"{support}.force"], axis=1), label=support, linewidth=1)
-    _finish(axes, "Support force", "N", legend=2)
+    _curves(axes, result, _sizes(_columns(result, "force")), "Force", "N")
+
+
+def _joint_forces(axes: Axes, result: Result) -> None:
+    _curves(axes, result, _columns(result, "springForce"), "Spring force in the joint", "N")
+
+
+def _joint_torques(axes: Axes, result: Result) -> None:
+    _curves(axes, result, _columns(result, "springTorque"), "Spring torque in the joint", "N m")
 
 
 def _energy(axes: Axes, result: Result) -> None:
@@ -285,7 +300,11 @@ OVERVIEW: tuple[tuple[str, Callable[[Axes, Result], None]], ...] = (
     ("kinetic", _energy),
     ("reactionForce", _forces),
     ("force", _support_forces),
+    ("length", _length),
+    ("springForce", _joint_forces),
+    ("springTorque", _joint_torques),
     ("angularRate", _angular_rate),
+    ("rate", _rate),
     ("angularVelocity", _angular_velocity),
     ("modal", _modal),
     ("positionResidual", _residuals),
@@ -310,16 +329,24 @@ def _figure(title: str, result: Result, size: tuple[float, float]) -> Figure:
 
 
 def _finish(axes: Axes, title: str, unit: str, *, legend: int = 0, over_time: bool = True) -> None:
-    """Title, labels and, with `legend` columns, a legend above the panel where no curve runs."""
+    """Title, labels and, with `legend` columns, a legend where no curve runs: above the panel, or beside a long one."""
     axes.set_title(title)
     axes.set_ylabel(unit)
     if over_time:
         axes.set_xlabel("time in s")
         axes.margins(x=0)
         axes.set_xlim(left=0)
-    if legend:
+    if legend and len(axes.get_legend_handles_labels()[0]) > legend:
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7, handlelength=1.2)
+    elif legend:
         axes.legend(
-            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=legend, borderpad=0.2, handlelength=1.5, columnspacing=1
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=legend,
+            borderpad=0.2,
+            handlelength=1,
+            columnspacing=1,
+            fontsize=8,
         )
 
 
@@ -370,9 +397,34 @@ def _accuracy(axes: Axes, result: Result, reference: Reference | None, name: str
     _residuals(axes, result)
 
 
-def _owners(result: Result, quantity: str) -> list[str]:
-    """Names before the dot of the recorded scalars and vectors `….quantity`."""
-    return [base.removesuffix(f".{quantity}") for base in vectors(result.names) if base.endswith(f".{quantity}")]
+def _owners(result: Result, quantity: str) -> dict[str, str]:
+    """Names of the recorded scalars and vectors `….quantity`, or with a number `….quantity2`, by labels for them."""
+    found = {}
+    for base in vectors(result.names):
+        if match := re.fullmatch(rf"(.+)\.{quantity}(\d*)", base):
+            found[f"{match[1]} {match[2]}".strip()] = base
+    return found
+
+
+def _columns(result: Result, quantity: str) -> dict[str, np.ndarray]:
+    """What `_owners` names."""
+    return {label: result[base] for label, base in _owners(result, quantity).items()}
+
+
+def _sizes(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Lengths of vectors; scalars as they are."""
+    return {k: np.linalg.norm(v, axis=1) if v.ndim > 1 else v for k, v in columns.items()}
+
+
+def _curves(axes: Axes, result: Result, columns: Mapping[str, np.ndarray], title: str, unit: str) -> None:
+    """Curves over time; of many those that change most."""
+    largest = sorted(columns, key=lambda label: -np.ptp(columns[label]))[:MAX_CURVES]
+    for label in columns:
+        if label in largest:
+            axes.plot(result.time, columns[label], label=label, linewidth=1)
+    if len(columns) > len(largest):
+        title += f" ({len(largest)} of {len(columns)})"
+    _finish(axes, title, unit, legend=3)
 
 
 def _components(owner: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
@@ -384,8 +436,7 @@ def _components(owner: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
 
 def _moving(result: Result) -> dict[str, np.ndarray]:
     """Paths of the points that move in a plane or in space; of a flexible body's points those with a name."""
-    points = [name for name in _owners(result, "position") if ".station" not in name]
-    paths = {name: result[f"{name}.position"] for name in points}
+    paths = {name: path for name, path in _columns(result, "position").items() if ".station" not in name}
     largest = max((np.ptp(path, axis=0).max() for path in paths.values()), default=0.0)
     paths = {name: path for name, path in paths.items() if largest and np.ptp(path, axis=0).max() > FLAT * largest}
     return paths if paths and len(_moving_axes(paths)) > 1 else {}
@@ -397,8 +448,9 @@ def _moving_axes(paths: Mapping[str, np.ndarray]) -> list[int]:
 
 
 def _paths(figure: Figure, cell: SubplotSpec, paths: Mapping[str, np.ndarray]) -> None:
-    """Paths in space, or in the plane in which all points move; a dot marks the end."""
+    """The longest paths in space, or in the plane in which all points move; a dot marks the end."""
     moving = _moving_axes(paths)
+    longest = sorted(paths, key=lambda name: -np.ptp(paths[name], axis=0).max())[:MAX_CURVES]
     if len(moving) == 2:
         axes = figure.add_subplot(cell)
         axes.set_aspect("equal", adjustable="datalim")
@@ -409,14 +461,14 @@ def _paths(figure: Figure, cell: SubplotSpec, paths: Mapping[str, np.ndarray]) -
         axes.set(xlabel="x in m", ylabel="y in m", zlabel="z in m")
         axes.tick_params(labelsize=7)
         axes.locator_params(nbins=4)
-    for i, (name, path) in enumerate(paths.items()):
-        columns = path[:, moving].T
+    for i, name in enumerate(name for name in paths if name in longest):
+        columns = paths[name][:, moving].T
         axes.plot(*columns, color=COLORS[i % len(COLORS)], label=name, linewidth=1)
         axes.plot(*columns[:, -1:], "o", color=COLORS[i % len(COLORS)], markersize=4)
     if len(moving) == 3:
         axes.set_aspect("equal", adjustable="datalim")
         axes.set_box_aspect((1, 1, 1), zoom=0.85)  # the labels have to stay inside
-    axes.set_title("Paths", loc="left")
+    axes.set_title("Paths" + (f" ({len(longest)} of {len(paths)})" if len(paths) > len(longest) else ""), loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(-0.05, 1.0), fontsize=8, handlelength=1.5)
 
 

@@ -34,11 +34,11 @@ def check_memory(rows: int, columns: int) -> None:
 class _Block:
     """Variables of one FMI type; the FMU writes their values straight into the rows of an array."""
 
-    def __init__(self, slave: FMU2Slave, getter: Callable[..., Any], c_type: type, references: list[int], rows: int):
-        self.values: np.ndarray = np.zeros((rows, len(references)), dtype=c_type)
+    def __init__(self, slave: FMU2Slave, getter: Callable[..., Any], c_type: Any, references: list[int], rows: int):
+        self.values = np.zeros((rows, len(references)), dtype=c_type)
         self._slave, self._getter = slave, getter
         self._references = (fmi2ValueReference * len(references))(*references)
-        self._row_type: Any = c_type * len(references)
+        self._row_type = c_type * len(references)
 
     def record(self, row: int) -> None:
         target = self._row_type.from_buffer(self.values, row * self.values.strides[0])

@@ -53,7 +53,7 @@ class Statistics:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Values of the recorded variables at the communication points.
 
@@ -77,8 +77,12 @@ class Result:
     def __getstate__(self) -> dict[str, object]:
         return self.__dict__ | {"fmu": None}  # an open FMU stays in its process
 
+    def __repr__(self) -> str:
+        span = f"{self.time[0]:g} … {self.time[-1]:g} s" if len(self.time) else "empty"
+        return f"<Result of {self.model}: {len(self.time)} rows of {len(self.names)} variables, {span}>"
+
     def __contains__(self, name: str) -> bool:
-        return name in self.names
+        return name in self.names or name in vectors(self.names)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Column of the scalar `name`, or (n, k) array of the vector `name[1..k]`."""
@@ -115,12 +119,13 @@ class Result:
     def plot(self, path: Path | str | None = None, names: Iterable[str] = (), *, phase: bool = False) -> Figure:
         """A matplotlib figure: what matters of the model, or the named scalars, vectors or patterns; saved at `path`.
 
-        With `phase` each coordinate is drawn over time's place: its rate over itself, for those of joints or `names`.
+        With `phase` rates are drawn over their coordinates: those of joints, or of positions if there are none.
         Raises NotRecordedError for a name that is not there, SigmafmuError if the file cannot be written.
         """
         from sigmafmu import plots
 
-        chosen = self.only(names) if (names := tuple(names)) else self
+        names = (names,) if isinstance(names, str) else tuple(names)
+        chosen = self.only(names) if names else self
         figure = plots.phase_portraits(chosen) if phase else plots.figure(chosen, named=bool(names))
         if path is not None:
             plots.save(figure, path)

@@ -1,5 +1,6 @@
 """Inputs of a run over time: straight lines between the communication points."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -13,6 +14,9 @@ from sigmafmu.variables import SettingValue, choose_one, parse_settings
 
 Signal = SettingValue | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike]
 """A constant, a table (times [s], values) or a function of time [s]; a vector's table has a column for each element."""
+
+ROUNDING = 1e-12
+"""Relative, of communication points."""
 
 _AtTime = Callable[[float], ArrayLike]
 
@@ -28,7 +32,7 @@ class Signals:
         for name, value in inputs.items():
             elements = choose_one(fmu, name)
             if elements[0].causality != "input":
-                raise SigmafmuError(f"'{name}' is a {elements[0].causality}, not an input; parameters can set it")
+                raise SigmafmuError(f"'{name}' is no input of {fmu.name}; it is of causality {elements[0].causality}")
             if callable(value):
                 begin = end = value
             elif _is_table(value):
@@ -76,11 +80,16 @@ def _table(name: str, times: ArrayLike, values: ArrayLike) -> tuple[_AtTime, _At
         raise SigmafmuError(f"the table of '{name}' must be finite, and its times must not decrease")
     columns = u.reshape(len(t), -1).T
 
+    def snapped(now: float) -> float:
+        """The time of the table that rounding has moved communication points away from, so that jumps are at these."""
+        i = int(np.searchsorted(t, now))
+        return next((float(x) for x in t[max(i - 1, 0) : i + 1] if math.isclose(x, now, rel_tol=ROUNDING)), now)
+
     def from_here(now: float) -> np.ndarray:
-        return np.array([np.interp(now, t, column) for column in columns])
+        return np.array([np.interp(snapped(now), t, column) for column in columns])
 
     def up_to_here(now: float) -> np.ndarray:
-        return np.array([np.interp(-now, -t[::-1], column[::-1]) for column in columns])
+        return np.array([np.interp(-snapped(now), -t[::-1], column[::-1]) for column in columns])
 
     return from_here, up_to_here
 

@@ -139,7 +139,10 @@ def _parse_setting(fmu: Fmu, name: str, value: SettingValue) -> list[tuple[Model
     elements = vector_elements(fmu, name)
     if not elements:
         raise _unknown(fmu, name)
-    values = value.split(",") if isinstance(value, str) else [value] if np.ndim(value) == 0 else list(value)
+    if isinstance(value, str):
+        values: list[SettingValue] = list(value.split(","))
+    else:
+        values = list(np.atleast_1d(value))
     if len(values) != len(elements):
         raise SigmafmuError(f"'{name}' has {len(elements)} elements, but {len(values)} given; example: {name}=0,0,0")
     return [pair for element, v in zip(elements, values, strict=True) for pair in _parse_setting(fmu, element, v)]

@@ -53,7 +53,7 @@ class CriticalSpeed:
         return f"{self.speed:.6g} rad/s ({rpm:.6g} rpm), {self.whirl}, damping ratio {self.damping:.2g}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Campbell:
     """Poles of a rotor over its speed."""
 
@@ -68,6 +68,9 @@ class Campbell:
     """(n, m): 1 for a mode that whirls in a circle with the rotor, −1 against it, 0 in a plane."""
     critical: tuple[CriticalSpeed, ...]
     """By speed."""
+
+    def __repr__(self) -> str:
+        return f"<Campbell of {self.model}: {len(self.speeds)} speeds, {len(self.critical)} critical ones between them>"
 
     def frequencies(self) -> np.ndarray:
         """(n, m) in rad/s, NaN for poles that do not oscillate and the lower ones of complex pairs."""

@@ -50,11 +50,11 @@ class Coordinates:
         self._first_body = len(self.all) - 6 * len(multibody.bodies)
 
     def _of_joints(self, multibody: "_core.Multibody") -> list[Coordinate]:
-        result = []
+        result: list[Coordinate] = []
         for turns, j, first in zip(self._turns, self._joints, np.searchsorted(self._joints, self._joints), strict=True):
             joint, unit = multibody.joints[j], "rad" if turns else "m"
-            names = [f"{joint.name}.{joint.word(len(result) - first, *words)}" for words in WORDS]
-            result.append(Coordinate(*names, unit, f"{unit}/s"))
+            name, rate = (f"{joint.name}.{joint.word(len(result) - first, *words)}" for words in WORDS)
+            result.append(Coordinate(name, rate, unit, f"{unit}/s"))
         return result
 
     def _of_modes(self, multibody: "_core.Multibody") -> list[Coordinate]:
@@ -133,7 +133,9 @@ class Coordinates:
 def sizes(mechanism: "_core.Mechanism", system: "_core.System") -> np.ndarray:
     """What counts as a large change of each velocity's position: the mechanism's size, 1 rad, a mode as large."""
     multibody = mechanism.multibody
-    reach = [np.linalg.norm(frame.origin) for joint in multibody.joints for frame in (joint.frame1, joint.frame2)]
+    reach = [
+        float(np.linalg.norm(frame.origin)) for joint in multibody.joints for frame in (joint.frame1, joint.frame2)
+    ]
     length = max(reach, default=0.0) or 1.0
     result = np.tile([length] * 3 + [1.0] * 3, len(multibody.bodies))
     modal = np.ones(system.modal_count)

@@ -45,6 +45,7 @@ def trim(
     `inputs` are those that may change; others stay at `u0`. `hold` gives outputs their values. Without it, positions
     stay as they are if there are `inputs`, and are sought if there are none. The mechanism is at rest, except for
     rates of coordinates in `hold`, such as `top.angularVelocity[2]`: then the motion is steady with these rates.
+    Raises SigmafmuError for names and values that are wrong, and if no equilibrium is found, with what is left.
     """
     start = operating_point(model, at, parameters=parameters, u0=u0)
     return _Search(start, inputs, dict(hold or {})).run()

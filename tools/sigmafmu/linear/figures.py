@@ -25,7 +25,7 @@ NOTHING = 1e-13
 """Responses below this part of an input's largest one are rounding and not drawn."""
 
 
-def bode(model: LinearModel, path: Path | str) -> None:
+def bode(model: LinearModel, path: Path | str | None = None) -> Figure:
     """Magnitude and phase of outputs (curves) over the frequency of inputs (columns)."""
     inputs, outputs = len(model.inputs), len(model.outputs)
     if not 0 < inputs <= MAX_INPUTS or not 0 < outputs <= MAX_OUTPUTS:
@@ -55,10 +55,12 @@ def bode(model: LinearModel, path: Path | str) -> None:
             phase.set(xlabel="ω in rad/s", ylabel="phase in degrees")
             phase.yaxis.set_major_locator(mpl.ticker.MultipleLocator(90))
             magnitude.set_ylabel("magnitude")
+    if path is not None:
         save(figure, path)
+    return figure
 
 
-def pole_map(model: LinearModel, path: Path | str) -> None:
+def pole_map(model: LinearModel, path: Path | str | None = None) -> Figure:
     """Poles in the complex plane, with the border of stability."""
     poles = model.poles()
     with mpl.rc_context(STYLE):
@@ -80,7 +82,9 @@ def pole_map(model: LinearModel, path: Path | str) -> None:
             if chosen.any():
                 axes.plot(poles[chosen].real, poles[chosen].imag, "x", color=color, markersize=8, label=label)
         axes.legend()
+    if path is not None:
         save(figure, path)
+    return figure
 
 
 def _scale(axes: Axes, poles: np.ndarray) -> None:

@@ -46,8 +46,10 @@ def linearize(
 ) -> LinearModel:
     """Linearise `model` at time `at` [s] of its motion with the constant inputs `u0`, or about a point from `trim`.
 
-    `inputs` and `outputs` are names, whole vectors or patterns; default: all. `coordinates` are wanted among the
-    states. `frame` is that of rotations and displacements of bodies: `world` or `body`.
+    `model` is a `Model`, or what `load` takes; `parameters` are those of `Model.run`. `inputs` and `outputs` are names,
+    whole vectors or patterns; default: all. `coordinates` are wanted among the states. `frame` is that of rotations and
+    displacements of bodies: `world` or `body`. Raises SigmafmuError for names and values that are wrong, and where the
+    mechanism does not get to `at`, cannot move or is singular.
     """
     if not isinstance(model, OperatingPoint):
         point = operating_point(model, at, parameters=parameters, u0=u0)

@@ -13,16 +13,18 @@ from sigmafmu import SigmafmuError, extras
 
 if TYPE_CHECKING:
     import control
+    from matplotlib.figure import Figure
 
 STEADY = 1e-6
 """State derivatives [SI units] below this belong to an equilibrium."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LinearModel:
     """x' = A x + B u, y = C x + D u for deviations x, u, y from the point x0, u0, y0 or from the motion through it.
 
-    With a sample time it is x(t + T) = A x(t) + B u(t), where u holds over T.
+    With a sample time it is x(t + T) = A x(t) + B u(t), where u holds over T. For n states, m inputs and p outputs A is
+    (n, n), B (n, m), C (p, n) and D (p, m), in SI units; x is n/2 coordinates, then their rates.
     """
 
     A: np.ndarray
@@ -45,6 +47,10 @@ class LinearModel:
     sample_time: float = 0.0  # T [s]; 0: continuous time
     start_values: Mapping[str, float | int] = field(default_factory=dict)
     """Settings, initial values and inputs that start the FMU at the point."""
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<LinearModel of {self.title}: {sizes}>"
 
     @property
     def title(self) -> str:
@@ -110,17 +116,20 @@ class LinearModel:
             name=self.name,
         )
 
-    def bode(self, path: Path | str) -> None:
-        """Draw magnitude and phase of the outputs over the frequency of the inputs."""
+    def bode(self, path: Path | str | None = None) -> "Figure":
+        """A matplotlib figure of magnitude and phase of outputs over the frequency of inputs; saved at `path`.
+
+        At most 4 inputs and 6 outputs have room in it; SigmafmuError for more.
+        """
         from sigmafmu.linear.figures import bode
 
-        bode(self, path)
+        return bode(self, path)
 
-    def pole_map(self, path: Path | str) -> None:
-        """Draw the poles in the complex plane."""
+    def pole_map(self, path: Path | str | None = None) -> "Figure":
+        """A matplotlib figure of the poles in the complex plane; saved at `path`."""
         from sigmafmu.linear.figures import pole_map
 
-        pole_map(self, path)
+        return pole_map(self, path)
 
     def save(self, path: Path | str) -> None:
         """Write the model as `.npz`, `.mat` or `.json`."""

@@ -58,10 +58,6 @@ def build(
     ] = None,
 ) -> None:
     """Make an FMU of a mechanism file; no compiler is needed."""
-    from sigmafmu.mechanism_file.build import build_fmu
-    from sigmafmu.mechanism_file.load import load
+    from sigmafmu.packing import build_fmu
 
-    mechanism = load(file)
-    path = output or Path(f"{mechanism.definition['name']}.fmu")
-    build_fmu(mechanism, path)
-    out.print(f"wrote {path}", soft_wrap=True)
+    out.print(f"wrote {build_fmu(file, output)}", soft_wrap=True)

@@ -11,7 +11,8 @@ import sigmafmu
 from sigmafmu import SigmafmuError
 from sigmafmu.contents.scene_of import Scene, scene_of
 from sigmafmu.fmu import Fmu
-from sigmafmu.model import MECHANISM_FILES, Model, fmu_of_mechanism_file
+from sigmafmu.mechanism_file import MECHANISM_FILES
+from sigmafmu.model import Model, fmu_of_mechanism_file
 from sigmafmu.result import Result, Statistics
 from sigmafmu.view import columns
 from sigmafmu.view.motion import variables_of
