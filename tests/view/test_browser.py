@@ -196,10 +196,10 @@ def test_picture_is_that_of_the_documentation(browser, page, model):
     picture = browser.picture()
     mine = np.abs(picture - picture[-3, 3]).max(axis=2) > 12
     mine[:40, :250] = False  # the title
-    scene = scene_of_fmu(sigmafmu.load(model).fmu)
+    scene = draw.still(scene_of_fmu(sigmafmu.load(model).fmu))
     scene.solids = [solid for solid in scene.solids if solid.layer not in ("station", "sensor")]
     camera = draw.camera_for(scene, 900, 700, np.array([20, 20]))
-    _, seen = paint(draw.still(scene), camera)
+    _, seen = paint(draw.painted(scene), camera)
     outlines = [_framed(outline) for outline in (mine, seen >= 0)]
     for one, other in (outlines, outlines[::-1]):
         assert (one & _wider(other)).sum() > 0.95 * one.sum()

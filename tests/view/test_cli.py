@@ -138,3 +138,30 @@ def test_results_can_be_pickled():
     result = sigmafmu.load("HeavyTop").run(0.01)
     again = pickle.loads(pickle.dumps(result))
     assert np.array_equal(again.values, result.values)
+
+
+def test_meshes_are_drawn(viewer, tmp_path):
+    """A tetrahedron in millimetres, on a body whose centre of mass is off its origin."""
+    pytest.importorskip("trimesh")
+    corners = np.array([(0, 0, 0), (90, 0, 0), (0, 60, 0), (0, 0, 30)])
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corners[i]) for i in face)
+        + "endloop\nendfacet\n"
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    )
+    Path("part.stl").write_text(f"solid part\n{facets}endsolid part\n")
+    Path("Part.yaml").write_text(
+        "sigmafmu: 1\nname: Part\nbodies:\n  part: { mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0], "
+        "center_of_mass: [0, 0, 0.01], shapes: [{ mesh: part.stl, scale: 0.001, color: '#123456' }] }\n"
+    )
+    succeed("build Part.yaml -o part.fmu")
+    for target in ("Part.yaml", "part.fmu"):
+        succeed(f"view {target} --stop-time 0.1 --no-open -o part.html")
+        (item,) = (item for item in content(Path("part.html"))["items"] if item["color"] == "#123456")
+        low = np.array(item["positions"]["bias"])
+        np.testing.assert_allclose(low, [0, 0, -0.01], atol=1e-9)
+        assert item["triangles"]["n"] == 4
+    Path("Part.yaml").write_text(Path("Part.yaml").read_text().replace("part.stl", "absent.stl"))
+    assert "absent.stl cannot be read" in fail("view Part.yaml --no-open")
+    assert "1 s simulated" in succeed("run Part.yaml --stop-time 1")  # which needs no looks

@@ -88,29 +88,32 @@ def _extremes(scene: Scene, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def still(scene: Scene) -> list[tuple[Faces, str, bool]]:
-    """The solids of a scene that does not move: without the marks by which a spin is seen."""
-    scene.solids = [solid for solid in scene.solids if solid.layer != "mark"]
+def still(scene: Scene) -> Scene:
+    """A scene that does not move: without the marks by which a spin is seen."""
+    return replace(scene, solids=[solid for solid in scene.solids if solid.layer != "mark"])
+
+
+def painted(scene: Scene) -> list[tuple[Faces, str, bool]]:
+    """The solids of a scene as `paint` takes them."""
     return [(solid.faces, solid.color, False) for solid in scene.solids]
 
 
 def draw_icon(mechanism: dict[str, Any], resources: Path, path: Path, shapes: Shapes = NO_SHAPES) -> None:
     """The square icon without text, transparent around the mechanism."""
-    scene = scene_of(mechanism, resources, ICON_BOLD, shapes)
-    pixels, _ = paint(still(scene), camera_for(scene, ICON, ICON, np.array([6, 6])))
+    scene = still(scene_of(mechanism, resources, ICON_BOLD, shapes))
+    pixels, _ = paint(painted(scene), camera_for(scene, ICON, ICON, np.array([6, 6])))
     imsave(path, pixels, metadata=NO_DATE)
 
 
 def draw_figure(mechanism: dict[str, Any], resources: Path, shapes: Shapes = NO_SHAPES) -> Picture:
     """The figure with names, W's axes and gravity."""
-    scene = scene_of(mechanism, resources, shapes=shapes)
-    solids = still(scene)
+    scene = still(scene_of(mechanism, resources, shapes=shapes))
     if len(scene.labels) > UNNAMED:
         scene.labels.clear()
     many = len(scene.labels)
     camera = camera_for(scene, WIDTH if many <= CROWD else 3 * WIDTH // 2, None, MARGIN)
     extra, notes = _directions(scene, camera)
-    pixels, seen = paint(solids + extra, camera)
+    pixels, seen = paint(painted(scene) + extra, camera)
 
     groups = [solid.group for solid in scene.solids]
     group_of = np.append(groups, np.full(len(extra) + 1, -1))  # the last is for pixels without a solid
