@@ -187,6 +187,19 @@ def test_deformation_is_exaggerated(browser, page):
     assert (np.abs(browser.picture() - before).max(axis=2) > 60).sum() > 300
 
 
+def test_notebook_shows_it_in_a_frame(browser, tmp_path):
+    model = sigmafmu.load("HeavyTop")
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!doctype html><meta charset=utf-8>{model.run(0.1).show()._repr_html_()}", encoding="utf-8")
+    browser.log("browser")
+    browser.driver.get(notebook.as_uri())
+    browser.driver.switch_to.frame(0)
+    browser.wait("return !!window.sigmafmu && sigmafmu.state.frames > 2")
+    assert browser.size[1] > 200
+    assert browser.log("browser") == []
+    browser.driver.switch_to.default_content()
+
+
 @pytest.mark.parametrize("model", ["SliderCrank", "HighSpeedRotor"])
 def test_picture_is_that_of_the_documentation(browser, page, model):
     """Loosely: the outlines agree with those that the FMU's picture is painted with, by other code."""

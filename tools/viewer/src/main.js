@@ -14,6 +14,7 @@ import { View } from "./view.js";
 
 const SLOW = 0.07; // seconds: frames that take longer, so many in a row, cost the picture its shadows
 const PATIENCE = 8;
+const FAR = 6; // times its size: a mechanism that moves so far is followed
 const NARROW = 720; // pixels: below, the panel is closed at first
 
 async function start() {
@@ -35,6 +36,10 @@ async function start() {
   const plots = new Plots(motion, plotsBox, (t) => player.seek(t));
   const pace = bar(player, barBox);
   const panel = side(content, { view, motion, plots, player }, panelBox);
+  if (view.radius > FAR * content.size) {
+    panel.follow(0);
+    view.reset();
+  }
   const theme = new Theme(view, plots);
   const showPanel = () => document.body.classList.toggle("no-panel");
   const sheet = make(

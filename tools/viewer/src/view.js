@@ -50,7 +50,7 @@ export class View {
     if (Math.abs(this.towards.dot(this.up)) > 0.95) this.towards.add(new Vector3(0.5, 0.7, 0.3)).normalize();
     this.measure(content.size);
     this.light();
-    this.camera = new PerspectiveCamera(32, 1, 0.01 * this.radius, 60 * this.radius);
+    this.camera = new PerspectiveCamera(32, 1, 0.02 * this.size, 40 * this.radius);
     this.camera.up.copy(this.up);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.zoomToCursor = true;
@@ -84,10 +84,11 @@ export class View {
     const sphere = box.getBoundingSphere(new Sphere());
     this.low = this.lowest(this.corners);
     // Feet that are the lowest parts at the start stand on the ground; other mechanisms move above it.
-    const first = this.corners.slice(0, 8 * this.items.items.length);
-    const feet = first.filter((_, i) => this.items.items[i >> 3].layer === "ground");
-    if (feet.length && this.lowest(feet) < this.lowest(first) + 0.05 * size) this.low = this.lowest(feet);
+    this.first = this.corners.slice(0, 8 * this.items.items.length);
+    const feet = this.first.filter((_, i) => this.items.items[i >> 3].layer === "ground");
+    if (feet.length && this.lowest(feet) < this.lowest(this.first) + 0.05 * size) this.low = this.lowest(feet);
     this.centre = sphere.center.clone();
+    this.size = size;
     this.radius = Math.max(sphere.radius, 0.3 * size);
     motion.moveTo(motion.start);
   }
@@ -141,12 +142,14 @@ export class View {
     this.dirty = true;
   }
 
-  // The camera that just sees everything, from `towards` or another direction.
+  // The camera that just sees everything, from `towards` or another direction; around a body that is followed, what is
+  // there at the start.
   reset(towards = this.towards) {
     const right = new Vector3().crossVectors(this.up, towards).normalize();
     const above = new Vector3().crossVectors(towards, right);
+    const seen = this.followed >= 0 ? this.first : this.corners;
     const range = (axis) => {
-      const values = this.corners.map((corner) => corner.dot(axis));
+      const values = seen.map((corner) => corner.dot(axis));
       return values.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [Infinity, -Infinity]);
     };
     const target = new Vector3();
@@ -154,15 +157,19 @@ export class View {
       const [low, high] = range(axis);
       target.addScaledVector(axis, (low + high) / 2);
     }
-    if (this.followed >= 0) target.copy(this.motion.poses[this.followed].position);
+    if (this.followed >= 0) target.fromArray(this.motion.bodies[this.followed].position.map((x) => x[0]));
     const tall = Math.tan((Math.PI / 360) * this.camera.fov) / FILLED;
     const wide = tall * this.camera.aspect;
-    let distance = 0.5 * this.radius;
+    let distance = this.size;
     const arm = new Vector3();
-    for (const corner of this.corners) {
+    for (const corner of seen) {
       arm.subVectors(corner, target);
       const reach = Math.max(Math.abs(arm.dot(right)) / wide, Math.abs(arm.dot(above)) / tall);
       distance = Math.max(distance, arm.dot(towards) + reach);
+    }
+    if (this.followed >= 0) {
+      distance *= 1.6; // it may turn
+      target.copy(this.motion.poses[this.followed].position);
     }
     this.controls.target.copy(target);
     this.camera.position.copy(target).addScaledVector(towards, distance);
@@ -178,6 +185,7 @@ export class View {
   // Moves the camera so that it looks at a point as it looked at its target.
   shift(to) {
     SHIFT.subVectors(to, this.controls.target);
+    if (SHIFT.lengthSq() === 0) return;
     this.camera.position.add(SHIFT);
     this.controls.target.copy(to);
     this.controls.update();
