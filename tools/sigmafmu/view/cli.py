@@ -1,5 +1,7 @@
 """The command `sigmafmu view`."""
 
+from __future__ import annotations
+
 import webbrowser
 from dataclasses import replace
 from pathlib import Path
@@ -10,11 +12,11 @@ import typer
 import sigmafmu
 from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar, show_message, split_setting, write_text
-from sigmafmu.result import Result
 
 if TYPE_CHECKING:
     from sigmafmu.contents.scene_of import Scene
     from sigmafmu.model import Model
+    from sigmafmu.result import Result
 
 
 def register(app: typer.Typer) -> None:
@@ -83,14 +85,14 @@ def view(
         raise failure
 
 
-def write_page(scene: "Scene", result: Result, path: Path, patterns: tuple[str, ...]) -> None:
+def write_page(scene: Scene, result: Result, path: Path, patterns: tuple[str, ...]) -> None:
     """Write the page of a result."""
     from sigmafmu.view.page import page
 
     write_text(path, page(scene, result, patterns))
 
 
-def write_gltf(scene: "Scene", result: Result, path: Path) -> None:
+def write_gltf(scene: Scene, result: Result, path: Path) -> None:
     """Write a result as glTF."""
     from sigmafmu.view.gltf import gltf
 
@@ -109,8 +111,8 @@ def _check_viewer() -> None:
 
 
 def _run(
-    model: "Model",
-    scene: "Scene",
+    model: Model,
+    scene: Scene,
     stop_time: float | None,
     step_size: float | None,
     parameters: dict[str, str],
