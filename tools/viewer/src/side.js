@@ -71,7 +71,19 @@ export function side(content, state, parent) {
     view.follow(Number(follow.value));
     redraw();
   };
+  const path = make(
+    "select",
+    { title: "whose path is drawn" },
+    make("option", { value: "", textContent: "all" }),
+    ...content.traces.map(({ name }) => make("option", { value: name, textContent: name })),
+  );
+  path.onchange = () => {
+    view.traces.choose(path.value);
+    if (!switches.get("t").checked) switches.get("t").click();
+    redraw();
+  };
   shown.append(make("label", {}, "names ", names), make("label", {}, "follow ", follow));
+  if (content.traces.length > 1) shown.append(make("label", {}, "path of ", path));
 
   if (motion.bodies.some((body) => body.modal.length)) {
     const factor = make("output", { textContent: "1 ×" });

@@ -9,6 +9,11 @@ export class Traces {
     this.traces = scene.traces.map(({ name, point }) => ({ name, point, shown: true, line: null }));
   }
 
+  // Only this one, or all for an empty name.
+  choose(name) {
+    for (const trace of this.traces) trace.shown = name === "" || trace.name === name;
+  }
+
   // Lines are made when they are first asked for: they take a pass through all frames.
   show(visible) {
     this.group.visible = visible;
