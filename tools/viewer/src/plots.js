@@ -180,6 +180,6 @@ export function ticks(low, high, count) {
 // A number with four digits.
 export function short(value) {
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(2).replace("e+", "e").replace("-", "−");
+  if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(2).replace("e+", "e").replaceAll("-", "−");
   return Number(value.toPrecision(4)).toString().replace("-", "−");
 }
