@@ -107,6 +107,8 @@ def test_gltf_needs_no_viewer(monkeypatch):
 
 
 def test_mistakes_are_told():
+    said = fail("view HeavyTop --no-open --gltf x.glb --variables energy.totl")
+    assert "HeavyTop has no variable 'energy.totl'; did you mean energy.total" in said
     assert "unknown model 'Top'" in fail("view Top --no-open")
     Path("short.csv").write_text("time,a\n0,1,2\n")
     assert "short.csv is no result: its first column must be time" in fail("view short.csv --no-open --gltf x.glb")

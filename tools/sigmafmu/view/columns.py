@@ -1,9 +1,9 @@
 """Which variables of a result go into an animation, and which its plots show at first."""
 
 from collections.abc import Iterable
-from fnmatch import fnmatchcase
 
 from sigmafmu.contents.layout import Layout
+from sigmafmu.variables import pattern
 
 COORDINATES = ("angle", "displacement")
 ENERGIES = ("energy.kinetic", "energy.potential", "energy.total")
@@ -26,7 +26,7 @@ def coordinates(available: Iterable[str], layout: Layout) -> list[str]:
 def chosen(available: list[str], layout: Layout, patterns: Iterable[str] = ()) -> list[str]:
     """Scalars to show in plots and arrows: those of `patterns`, coordinates, energies, forces, modal coordinates."""
     known = set(available)
-    wanted = [name for p in patterns for name in available if fnmatchcase(name, p) or name.startswith(f"{p}[")]
+    wanted = _named(available, patterns)
     wanted += coordinates(available, layout) + [name for name in ENERGIES if name in known]
     links = {link.name for link in (*layout.joints, *layout.forces)}
     vectors = ("reactionForce", "reactionTorque", "force", "torque")
@@ -40,10 +40,14 @@ def chosen(available: list[str], layout: Layout, patterns: Iterable[str] = ()) -
     return list(dict.fromkeys(wanted))[:MOST]
 
 
+def _named(names: list[str], patterns: Iterable[str]) -> list[str]:
+    """Scalars that patterns, vectors or scalars name."""
+    return [name for text in patterns for name in names if pattern(text).fullmatch(name)]
+
+
 def plotted(columns: list[str], layout: Layout, patterns: Iterable[str] = ()) -> list[str]:
     """Of these, what is plotted at first: what was asked for, else coordinates (or what moves) and energies."""
-    asked = [name for name in columns if any(fnmatchcase(name, p) or name.startswith(f"{p}[") for p in patterns)]
-    if asked:
+    if asked := _named(columns, patterns):
         return asked
     found = [[name for name in columns if kind in name] for kind in (".modal[", ".position[")]
     moving = coordinates(columns, layout) or found[0] or found[1]

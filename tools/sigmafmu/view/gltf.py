@@ -19,6 +19,8 @@ from sigmafmu.view.stage import Item, stage_of
 MAGIC, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
 FLOAT, UNSIGNED_INT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
+KINDS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3", "weights": "SCALAR"}
+"""Types of tracks."""
 Z_UP = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
 """Turns the z axis of W to the y axis of glTF; x, y, z, w as glTF writes quaternions."""
 
@@ -36,17 +38,10 @@ def gltf(scene: Scene, result: Result) -> bytes:
         node = {"name": _name(item, list(motion.bodies)), "mesh": len(meshes)}
         meshes.append(_mesh(item, colors, file))
         for path, values in _tracks(item, motion).items():
-            # What does not change is written once.
-            if (
-                np.ptp(values, axis=0).max(initial=0) <= 1e-9 * (1 + np.abs(values).max(initial=0))
-                and path != "weights"
-            ):
+            if path != "weights" and _is_constant(values):  # written once
                 node[path] = values[0].tolist()
                 continue
-            kind = {"weights": "SCALAR", "rotation": "VEC4"}.get(path, "VEC3")
-            samplers.append(
-                {"input": time, "output": file.accessor(values.reshape(-1) if kind == "SCALAR" else values, kind)}
-            )
+            samplers.append({"input": time, "output": file.accessor(values, KINDS[path])})
             channels.append({"sampler": len(samplers) - 1, "target": {"node": len(nodes), "path": path}})
         nodes[0]["children"].append(len(nodes))
         nodes.append(node)
@@ -66,6 +61,11 @@ def gltf(scene: Scene, result: Result) -> bytes:
     return _binary(content, bytes(file.data))
 
 
+def _is_constant(values: np.ndarray) -> bool:
+    """Whether a track (n × k) does not change."""
+    return bool(np.ptp(values, axis=0).max(initial=0) <= 1e-9 * (1 + np.abs(values).max(initial=0)))
+
+
 class _File:
     """Accessors and their data."""
 
@@ -78,6 +78,7 @@ class _File:
         """Put in an array of floats (or of indices, for INDICES); its number."""
         type_, code = ("<u4", UNSIGNED_INT) if target == INDICES else ("<f4", FLOAT)
         array = np.ascontiguousarray(values, dtype=type_)
+        array = array.reshape(-1) if kind == "SCALAR" else array
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": array.nbytes}
         self.views.append(view | ({"target": target} if target else {}))
         self.data += array.tobytes()  # a multiple of four bytes, as alignment asks
@@ -108,7 +109,7 @@ def _mesh(item: Item, colors: list[str], file: _File) -> dict[str, Any]:
             "POSITION": file.accessor(mesh.positions, "VEC3", target=VERTICES, extremes=True),
             "NORMAL": file.accessor(normals, "VEC3", target=VERTICES),
         },
-        "indices": file.accessor(mesh.triangles.reshape(-1), "SCALAR", target=INDICES),
+        "indices": file.accessor(mesh.triangles, "SCALAR", target=INDICES),
         "material": colors.index(item.color),
     }
     if len(mesh.modes):

@@ -14,6 +14,7 @@ from sigmafmu.fmu import Fmu
 from sigmafmu.mechanism_file import MECHANISM_FILES
 from sigmafmu.model import Model, fmu_of_mechanism_file
 from sigmafmu.result import Result, Statistics
+from sigmafmu.variables import select
 from sigmafmu.view import columns
 from sigmafmu.view.motion import variables_of
 
@@ -41,7 +42,9 @@ def scene_of_fmu(fmu: Fmu) -> Scene:
 
 
 def to_record(model: Model, scene: Scene, patterns: Iterable[str] = ()) -> list[str]:
-    """What a run must record to be seen, beside what `patterns` name."""
+    """What a run must record to be seen, and what `patterns` name; SigmafmuError if one names nothing."""
+    patterns = tuple(patterns)
+    select(model.fmu, patterns)
     vectors = set(variables_of(scene.layout))
     poses = [name for name in model.outputs if name.partition("[")[0] in vectors]
     return list(dict.fromkeys([*poses, *columns.chosen(list(model.outputs), scene.layout, patterns)]))
