@@ -13,7 +13,7 @@ SHELL       := bash
 PACKAGES    := $(if $(V),cat,sed -u -n -e 's/^ *Downloading \([^ ]*\.whl\)\( (.*)\)\{0,1\}$$/  download \1\2/p' \
                -e 's/^ *Using cached \([^ ]*\.whl\) .*/  cached   \1/p' -e 's/^Installing collected packages.*/  installing/p')
 STEPS       := $(if $(V),cat,sed -u -n -E -e 's/^ *(\[[0-9]+\/[0-9]+\]) (Building [A-Z]+ object (CMakeFiles\/[^\/]+\.dir\/)?|Linking [A-Z]+ [a-z ]+ )/  \1 /p' \
-               -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing) .*)/  \1/p')
+               -e 's/^ *(\[[0-9]+\/[0-9]+\] (Packing|Writing|Bundling) .*)/  \1/p' -e 's/^ *(viewer: .*)/  \1/p')
 SAVED        = 2>&1 | tee $(LOG)
 OR_TELL      = || { tail -n 40 $(LOG); echo "failed; $(LOG) has all of it"; exit 1; }
 
@@ -44,7 +44,7 @@ build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python
 
 $(SETUP): LOG := build/setup.log
 $(SETUP): pyproject.toml tools/requirements.py
-	@echo "setup: private environment $(VENV) (packages from PyPI, 0.9 GB)"
+	@echo "setup: private environment $(VENV) (packages from PyPI, 1.2 GB)"
 	@mkdir -p build
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) install -q --upgrade pip
@@ -110,11 +110,12 @@ test-asan: build ## run FMU and core tests under the address and undefined-behav
 	 $(BIN)/python -m pytest -n auto $(if $(QUICK),-m "not slow and not heavy and not release" $(ASAN_QUICK),tests/fmu tests/core) \
 	 $(PYTEST_ARGS)
 
-lint: $(SETUP) ## check style and types: ruff, clang-format and mypy
-	@echo "lint: ruff, clang-format, mypy"
+lint: $(SETUP) ## check style and types: ruff, clang-format, biome and mypy
+	@echo "lint: ruff, clang-format, biome, mypy"
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check
 	@$(if $(CPP),$(BIN)/clang-format --dry-run --Werror $(CPP))
+	@$(BIN)/python tools/viewer/build.py check
 	@$(BIN)/mypy --no-error-summary
 
 TIDY := build/tidy/clang_tidy/data/bin/clang-tidy
@@ -128,10 +129,11 @@ $(TIDY): pyproject.toml | $(SETUP)
 	@touch $@
 
 format: $(SETUP) ## bring all sources into that style
-	@echo "format: ruff, clang-format"
+	@echo "format: ruff, clang-format, biome"
 	@$(BIN)/ruff check --quiet --fix
 	@$(BIN)/ruff format --quiet
 	@$(if $(CPP),$(BIN)/clang-format -i $(CPP))
+	@$(BIN)/python tools/viewer/build.py format
 
 # tools/research, which setup has put on the path of the private environment
 RESEARCH := $(BIN)/python -m research

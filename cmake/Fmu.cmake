@@ -94,13 +94,13 @@ foreach(model IN LISTS SIGMAFMU_MODELS)
     VERBATIM)
 
   set(copied)
-  foreach(file IN LISTS resource_files)
+  foreach(file IN LISTS resource_files ITEMS ${work}/mechanism.json)  # the last is what `sigmafmu view` draws
     cmake_path(GET file FILENAME name)
     add_custom_command(
       OUTPUT ${tree}/resources/${name}
       COMMAND ${CMAKE_COMMAND} -E copy ${file} ${tree}/resources/${name}
       DEPENDS ${file}
-      COMMENT "Copying the modal data of ${model}"
+      COMMENT "Copying ${name} of ${model}"
       VERBATIM)
     list(APPEND copied ${tree}/resources/${name})
   endforeach()

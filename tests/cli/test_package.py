@@ -11,7 +11,7 @@ from sigmafmu.demo import CASES
 
 PACKAGE, RESEARCH = (Path(module.__file__).parent for module in (sigmafmu, research))
 COMMANDS = [
-    *("list", "path", "info", "run", "demo", "sigma", "linearize", "trim", "campbell", "realtime"),
+    *("list", "path", "info", "run", "demo", "sigma", "linearize", "trim", "campbell", "realtime", "view"),
     *("init", "check", "build"),
     *("loop", "ssp", "couple", "sampling", "modes", "compat"),
 ]

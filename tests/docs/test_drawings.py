@@ -118,7 +118,7 @@ def test_symbols_of_all_joint_types_differ():
     for kind in drawn.TYPES:
         entry = drawn.joint("j", kind, ("ground", "b"), (0, 0, 0.5), (0, 0, 0))
         layout = Layout({"bodies": [drawn.body("b", (0, 0, 0.5))], "joints": [entry]}, HERE)
-        parts = [faces for faces, _ in symbols.joint(layout.joints[0], 0.01)]
+        parts = [part.faces for part in symbols.joint(layout.joints[0], 0.01)]
         shapes[kind] = np.concatenate(parts) if parts else np.zeros(0)
     assert len({shape.tobytes() for shape in shapes.values()}) == len(drawn.TYPES)
     assert shapes["ratchet"].shape == solids.ball((0, 0, 0.5), 0.01).shape
@@ -130,7 +130,7 @@ def test_symbols_of_forces_differ():
     layout = Layout({"bodies": bodies, "forces": drawn.forces_of_all_types("a", "b")}, HERE)
     shapes = {}
     for link in layout.forces:
-        faces = np.concatenate([faces for faces, _ in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
+        faces = np.concatenate([part.faces for part in symbols.force(link, 0.01, np.array([0, 0, -1.0]))])
         shapes[link.type] = faces.tobytes()
     assert shapes["line_spring"] == shapes["table_spring"]
     assert shapes["plane_contact"] == shapes["cloud_contact"]
@@ -159,7 +159,7 @@ def test_solids_face_outward():
 def test_a_rail_goes_on_beyond_the_block_on_it():
     layout = Layout(drawn.block_on_a_rail(), HERE)
     block, _ = scene_of.equal_solid(layout.bodies["block"], layout.thickness, layout.size)
-    rail = np.concatenate([faces for faces, _ in symbols.joint(layout.joints[0], layout.thickness)])
+    rail = np.concatenate([part.faces for part in symbols.joint(layout.joints[0], layout.thickness)])
     assert np.ptp(rail.reshape(-1, 3) @ layout.joints[0].axes[0][:, 2]) > 1.5 * np.ptp(block[..., 0])
     assert np.abs(block[..., 2]).max() == pytest.approx(0.035), "the hook is on the block's surface"
 

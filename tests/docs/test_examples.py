@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 
 from research.cli import app as research
 from sigmafmu.cli import app as sigmafmu
+from sigmafmu.view import page as view_page
 
 from ..modes.hexahedra import block as hexahedra
 from .pages import ROOT, Block, blocks, command_lines, inline_commands, is_shell
@@ -32,12 +33,14 @@ NOT_RUN = {
     "sigmafmu couple": "takes minutes; tests/cli/test_figures.py runs it with one stiffness",
     "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",
     "python -m sigmafmu.mechanism_file": "writes what tests/mechanism_file compares",
+    "python -m research view": "takes pictures for minutes; tests/view has its parts",
     "python -m research study": "takes minutes; `make study QUICK=1` is part of CI",
 }
 """Beginning of a command → why it is parsed only."""
 
 SHORTER = {
     "sigmafmu realtime HeavyTop --rate 1000": ["--duration", "0.3"],
+    "sigmafmu view ": ["--no-open", "--stop-time", "0.1"],
     "sigmafmu loop HighSpeedRotor --plot": ["--stop-time", "0.05"],
     "sigmafmu loop HighSpeedRotor --stop-time 1.5": ["--stop-time", "0.1", "--set", "controller.startTime=0.05"],
     "sigmafmu loop SliderCrank --plot": ["--stop-time", "0.3"],
@@ -65,10 +68,14 @@ RUN = {"python", "yaml", "text"}
 APPS = {"sigmafmu": sigmafmu, "python -m research": research}
 """Beginning of a command → the application that parses it."""
 
+HAS_VIEWER = Path(view_page.__file__).with_name(view_page.VIEWER).is_file()
+
 ALL = blocks()
 
 
 def reason_not_to_run(command: str) -> str:
+    if not HAS_VIEWER and re.match("sigmafmu view (?!.*--gltf)|.*--animate", command):
+        return "the package was built without npm, so it has no viewer"
     return next((why for start, why in NOT_RUN.items() if command.startswith(start)), "")
 
 

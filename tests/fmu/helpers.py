@@ -94,12 +94,12 @@ def owners(fmu: Fmu, variable: str) -> list[str]:
 
 def is_made_of_a_file(fmu: Fmu) -> bool:
     """Whether it reads its mechanism from the resources."""
-    return (fmu.directory / "resources" / "mechanism.json").exists()
+    return (fmu.directory / "resources" / "identity.json").exists()
 
 
 def modal_files(fmu: Fmu) -> list[Path]:
     """The modal data of its flexible bodies."""
-    own = {"mechanism.json", "identity.json"}
+    own = {"mechanism.json", "identity.json", "shapes.json"}
     return sorted(path for path in (fmu.directory / "resources").glob("*.json") if path.name not in own)
 
 

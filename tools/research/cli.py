@@ -94,6 +94,17 @@ def catalogue(
     out.print(f"wrote {output}")
 
 
+@app.command(epilog="Example: python -m research view")
+def view(
+    document: Annotated[Path, typer.Option(metavar="FILE", help="The page with the table.")] = Path("docs/view.md"),
+    images: Annotated[Path, typer.Option(metavar="FOLDER", help="Gets the pictures.")] = Path("docs/images"),
+) -> None:
+    """Measure pages of `sigmafmu view` in headless Chromium, and take their pictures."""
+    from research.view import write
+
+    write(document, images, lambda what: err.print(f"view: {what}"))
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""

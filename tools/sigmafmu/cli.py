@@ -26,6 +26,7 @@ from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.mechanism_file.cli import register as register_mechanism_file
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
+from sigmafmu.view.cli import register as register_view
 
 app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
 
@@ -97,6 +98,9 @@ def run(
     plot: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Draw here: what matters, or the variables that are named.")
     ] = None,
+    animation: Annotated[
+        Path | None, typer.Option("--animate", metavar="HTML", help="Write a page here that shows the motion.")
+    ] = None,
     phase: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Draw rates of joint coordinates over the coordinates here.")
     ] = None,
@@ -107,7 +111,7 @@ def run(
     from sigmafmu.result import CsvWriter
     from sigmafmu.steps import communication_steps
 
-    for file in (output, plot, phase):
+    for file in (output, plot, phase, animation):
         if file and not file.absolute().parent.is_dir():
             raise SigmafmuError(f"cannot write {file}: there is no folder {file.parent}")
     values, names = dict(split_setting(s) for s in settings or ()), variables or ()
@@ -141,6 +145,11 @@ def run(
             if picture:
                 result.plot(picture, names and result.names, phase=picture is phase)
                 out.print(f"wrote {picture}{thinned}", soft_wrap=True)
+        if animation:
+            from sigmafmu.view.cli import write_page
+            from sigmafmu.view.subject import scene_of_fmu
+
+            write_page(scene_of_fmu(loaded.fmu), result, animation, tuple(names))
     if failure:
         raise failure
 
@@ -208,6 +217,7 @@ register_coupling(app)
 register_mechanism_file(app)
 register_modes(app)
 register_sigma(app)
+register_view(app)
 
 if __name__ == "__main__":
     sys.exit(app())

@@ -12,6 +12,7 @@ EXTRAS = {
     "pandas": "data",
     "pythonfmu": "loop",
     "scipy": "loop",
+    "trimesh": "meshes",
     "xarray": "data",
 }
 """Package → extra that brings it."""

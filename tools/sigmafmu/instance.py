@@ -250,6 +250,7 @@ class Instance:
             values=rows[:, 1:],
             units={v.name: v.unit or "" for v in recorded},
             statistics=Statistics(float(rows[-1, 0]) - begin, wall_time, count - 1, **counters),
+            fmu=self._fmu,
         )
         if failure:
             raise SimulationError(failure, result)

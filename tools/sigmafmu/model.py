@@ -20,6 +20,8 @@ from sigmafmu.variables import SettingValue, Variable
 if TYPE_CHECKING:
     from sigmafmu.linear import Campbell, LinearModel, OperatingPoint
 
+EVERYTHING = {"expose": {key: ["*"] for key in ("inputs", "outputs", "parameters")}}
+
 
 def load(target: str | Path) -> Model:
     """A model by its name (see `sigmafmu.models()`), from a mechanism file (.yaml, .yml, .json) or from an FMU (.fmu).
@@ -32,17 +34,22 @@ def load(target: str | Path) -> Model:
     return Model(Fmu.of_file(name) if name.endswith(".fmu") else Fmu(fmu_path(name)))
 
 
-def fmu_of_mechanism_file(path: Path) -> Fmu:
-    """A mechanism as an FMU without documentation, which is made in some hundredths of a second."""
+def fmu_of_mechanism_file(path: Path, *, seen: bool = False) -> Fmu:
+    """A mechanism as an FMU without documentation, which is made in some hundredths of a second.
+
+    One that is to be `seen` has all outputs, whatever the file exposes, and the meshes of its bodies.
+    """
+    from sigmafmu.mechanism_file.drawing import shapes_of
     from sigmafmu.mechanism_file.load import folder_of
     from sigmafmu.mechanism_file.load import load as read
     from sigmafmu.packing import fill_runnable
 
     file = read(path)
+    definition = file.definition | (EVERYTHING if seen else {})
 
     def fill(_path: Path, tree: Path) -> None:
         with folder_of(file.resources) as resources:
-            fill_runnable(file.definition, resources, tree)
+            fill_runnable(definition, resources, tree, shapes_of(file, meshes=seen))
 
     return Fmu(path, fill)
 

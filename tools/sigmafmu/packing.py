@@ -20,6 +20,7 @@ import fmpy
 
 from sigmafmu import SigmafmuError
 from sigmafmu.contents.description import Description
+from sigmafmu.contents.layout import NO_SHAPES, Shapes
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
 from sigmafmu.mechanism_file import MECHANISM_FILES
@@ -30,7 +31,7 @@ PARTS = PACKAGE / "slave"
 TEXTS = PACKAGE / "texts"
 PLACEHOLDER = "@MODEL@"
 """Stands for the model identifier in files of `sources`."""
-MECHANISM, IDENTITY = "mechanism.json", "identity.json"
+MECHANISM, IDENTITY, SHAPES = "mechanism.json", "identity.json", "shapes.json"
 NO_DATE = (1980, 1, 1, 0, 0, 0)
 """The first that a zip file can have, so that the same mechanism is the same file."""
 
@@ -41,21 +42,24 @@ def build_fmu(
     *,
     resources: Path | str | None = None,
     source: Path | str | None = None,
+    shapes: Shapes = NO_SHAPES,
 ) -> Path:
     """Makes the FMU `path` (FMI 2.0, co-simulation) of a mechanism; returns the path, by default the mechanism's name.
 
     `mechanism` is a mechanism file (.yaml, .yml or .json), or the mechanism in JSON, as `mechanism.json` in an FMU has
     it, or its content; its name is the model identifier. For the latter two, the file `source`, of which the mechanism
     was made, goes into the FMU's documentation, and the folder `resources` has the modal data of flexible bodies;
-    default: that of `source`. Raises SigmafmuError with one sentence for a mechanism that is wrong, and for files that
-    cannot be read or written; for a mechanism file with mistakes a line for each.
+    default: that of `source`; `shapes` tell what bodies look like (`sigmafmu.contents.shapes`), for pictures and
+    `sigmafmu view`. Raises SigmafmuError with one sentence for a mechanism that is wrong, and for files that cannot be
+    read or written; for a mechanism file with mistakes a line for each.
     """
     if isinstance(mechanism, Path) or (isinstance(mechanism, str) and mechanism.endswith(MECHANISM_FILES)):
+        from sigmafmu.mechanism_file.drawing import shapes_of
         from sigmafmu.mechanism_file.load import folder_of, load
 
         file = load(mechanism)
         with folder_of(file.resources) as data:
-            return build_fmu(file.definition, path, resources=data, source=file.path)
+            return build_fmu(file.definition, path, resources=data, source=file.path, shapes=shapes_of(file))
     text = mechanism if isinstance(mechanism, str) else json.dumps(mechanism)
     folder = Path(resources) if resources is not None else Path(source or ".").parent
     description = describe(text, folder)
@@ -63,18 +67,18 @@ def build_fmu(
     try:
         with tempfile.TemporaryDirectory(prefix=f"{description.model}-") as name:
             tree = Path(name)
-            _fill(tree, description, folder, Path(source) if source is not None else None)
+            _fill(tree, description, folder, Path(source) if source is not None else None, shapes)
             _pack(tree, target)
     except OSError as error:
         raise SigmafmuError(f"{error.filename or target}: {error.strerror or error}") from error
     return target
 
 
-def fill_runnable(mechanism: dict[str, Any], resources: Path, tree: Path) -> None:
+def fill_runnable(mechanism: dict[str, Any], resources: Path, tree: Path, shapes: Shapes = NO_SHAPES) -> None:
     """Write into the folder `tree` what a run on this machine needs of a mechanism's FMU; raises SigmafmuError."""
     description = describe(json.dumps(mechanism), resources)
     _fill_binary(tree, description, fmpy.platform)
-    _fill_resources(tree, description, resources, [])
+    _fill_resources(tree, description, resources, [], shapes)
 
 
 def describe(mechanism: str, resources: Path) -> Description:
@@ -106,7 +110,7 @@ def _library() -> ctypes.CDLL:
     return library
 
 
-def _fill(tree: Path, description: Description, resources: Path, source: Path | None) -> None:
+def _fill(tree: Path, description: Description, resources: Path, source: Path | None, shapes: Shapes) -> None:
     """Writes all that the FMU has into a folder."""
     _fill_binary(tree, description)
     shutil.copytree(PARTS / "sources", tree / "sources")
@@ -114,8 +118,8 @@ def _fill(tree: Path, description: Description, resources: Path, source: Path | 
         file = tree / "sources" / name
         _write_text(file, file.read_text(encoding="utf-8").replace(PLACEHOLDER, description.model))
     sources = sorted(path.relative_to(tree / "sources").as_posix() for path in tree.glob("sources/**/*.cpp"))
-    _fill_resources(tree, description, resources, sources)
-    write(description, resources, TEXTS, tree, source=source, ours=False)
+    _fill_resources(tree, description, resources, sources, shapes)
+    write(description, resources, TEXTS, tree, source=source, ours=False, shapes=shapes)
 
 
 def _fill_binary(tree: Path, description: Description, platform: str = "*") -> None:
@@ -124,15 +128,17 @@ def _fill_binary(tree: Path, description: Description, platform: str = "*") -> N
         shutil.copyfile(slave, tree / "binaries" / slave.parent.name / f"{description.model}{slave.suffix}")
 
 
-def _fill_resources(tree: Path, description: Description, resources: Path, sources: list[str]) -> None:
-    """The mechanism, its modal data and the XML; `sources` are named in the latter."""
+def _fill_resources(tree: Path, description: Description, resources: Path, sources: list[str], shapes: Shapes) -> None:
+    """The mechanism, its modal data and shapes, and the XML; `sources` are named in the latter."""
     files = tree / "resources"
     files.mkdir()
     _write_text(files / MECHANISM, description.mechanism)
     for name in _modal_files(description):
-        if name in {MECHANISM, IDENTITY}:
+        if name in {MECHANISM, IDENTITY, SHAPES}:
             raise SigmafmuError(f"a file of modal data is called {name}, as a file that every FMU has")
         shutil.copyfile(resources / name, files / name)
+    if shapes:
+        _write_text(files / SHAPES, json.dumps(shapes) + "\n")
     made_of = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files.iterdir()))).hexdigest()
     try:
         xml, guid = model_description(description, sources, made_of)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from sigmafmu.fmu import Fmu
+    from sigmafmu.view.notebook import Shown
+
 
 class NotRecordedError(KeyError):
     """A result was asked for a variable that the run did not record."""
@@ -68,6 +71,11 @@ class Result:
     statistics: Statistics
     units: dict[str, str] = field(default_factory=dict)
     """By the name of the scalar, as FMI writes them, such as `rad/s`; `1` or empty if there is none."""
+    fmu: Fmu | None = field(default=None, repr=False, compare=False)
+    """What was run, for `show`."""
+
+    def __getstate__(self) -> dict[str, object]:
+        return self.__dict__ | {"fmu": None}  # an open FMU stays in its process
 
     def __repr__(self) -> str:
         span = f"{self.time[0]:g} … {self.time[-1]:g} s" if len(self.time) else "empty"
@@ -93,6 +101,20 @@ class Result:
         if s.steps is not None:
             text += f"; {s.steps} internal steps, {s.newton_per_step:.2f} Newton iterations each, {s.retries} retries"
         return text
+
+    def show(self, height: int = 600) -> Shown:
+        """The mechanism in motion, for a notebook to display; `height` in pixels.
+
+        Raises SigmafmuError if `position` and `quaternion` of a body were not recorded, or if nothing tells what the
+        mechanism looks like.
+        """
+        from sigmafmu.view.notebook import Shown
+        from sigmafmu.view.page import page
+        from sigmafmu.view.subject import scene_of_fmu
+
+        if self.fmu is None:
+            raise SigmafmuError(f"the result of {self.model} does not tell what the mechanism looks like")
+        return Shown(page(scene_of_fmu(self.fmu), self), height)
 
     def plot(self, path: Path | str | None = None, names: Iterable[str] = (), *, phase: bool = False) -> Figure:
         """A matplotlib figure: what matters of the model, or the named scalars, vectors or patterns; saved at `path`.

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from .labels import leader_end, place
+from .layout import NO_SHAPES, Shapes
 from .raster import Camera, paint
 from .scene_of import Scene, scene_of
 from .solids import Faces, arrow
@@ -83,28 +84,39 @@ def camera_for(scene: Scene, width: int, height: int | None, margin: np.ndarray)
 
 def _extremes(scene: Scene, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest coordinates of the solids to the right and up [m]."""
-    corners = np.concatenate([faces.reshape(-1, 3) for faces, _ in scene.solids]) @ view[:2].T
+    corners = np.concatenate([solid.faces.reshape(-1, 3) for solid in scene.solids]) @ view[:2].T
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def draw_icon(mechanism: dict[str, Any], resources: Path, path: Path) -> None:
+def still(scene: Scene) -> Scene:
+    """A scene that does not move: without the marks by which a spin is seen."""
+    return replace(scene, solids=[solid for solid in scene.solids if solid.layer != "mark"])
+
+
+def painted(scene: Scene) -> list[tuple[Faces, str, bool]]:
+    """The solids of a scene as `paint` takes them."""
+    return [(solid.faces, solid.color, False) for solid in scene.solids]
+
+
+def draw_icon(mechanism: dict[str, Any], resources: Path, path: Path, shapes: Shapes = NO_SHAPES) -> None:
     """The square icon without text, transparent around the mechanism."""
-    scene = scene_of(mechanism, resources, ICON_BOLD)
-    pixels, _ = paint([(*part, False) for part in scene.solids], camera_for(scene, ICON, ICON, np.array([6, 6])))
+    scene = still(scene_of(mechanism, resources, ICON_BOLD, shapes))
+    pixels, _ = paint(painted(scene), camera_for(scene, ICON, ICON, np.array([6, 6])))
     imsave(path, pixels, metadata=NO_DATE)
 
 
-def draw_figure(mechanism: dict[str, Any], resources: Path) -> Picture:
+def draw_figure(mechanism: dict[str, Any], resources: Path, shapes: Shapes = NO_SHAPES) -> Picture:
     """The figure with names, W's axes and gravity."""
-    scene = scene_of(mechanism, resources)
+    scene = still(scene_of(mechanism, resources, shapes=shapes))
     if len(scene.labels) > UNNAMED:
         scene.labels.clear()
     many = len(scene.labels)
     camera = camera_for(scene, WIDTH if many <= CROWD else 3 * WIDTH // 2, None, MARGIN)
     extra, notes = _directions(scene, camera)
-    pixels, seen = paint([(*part, False) for part in scene.solids] + extra, camera)
+    pixels, seen = paint(painted(scene) + extra, camera)
 
-    group_of = np.append(scene.groups, np.full(len(extra) + 1, -1))  # the last is for pixels without a solid
+    groups = [solid.group for solid in scene.solids]
+    group_of = np.append(groups, np.full(len(extra) + 1, -1))  # the last is for pixels without a solid
     groups = group_of[seen][::-1]
     for label, anchor in zip(scene.labels, _anchors(scene, camera, groups), strict=True):
         text = f"{label.name}\n{label.detail}" if label.detail and many <= DETAILED else label.name

@@ -1,18 +1,22 @@
 """Where the parts of a mechanism are at the start, read from its file `mechanism.json`; lengths in m, vectors in W."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-GROUND = "ground"
+from .parts import Place
 
 
 @dataclass
 class Body:
-    """A body; `nodes` (n × 3) are those of a flexible one, `ends` where joints and forces attach to it."""
+    """A body; `nodes` (n × 3) are those of a flexible one, `ends` where joints and forces attach to it.
+
+    `modes` (n × 3 × f, in W) are displacements of its nodes, `shapes` what its file says to draw.
+    """
 
     name: str
     position: np.ndarray
@@ -22,6 +26,8 @@ class Body:
     inertia: np.ndarray
     spin: np.ndarray
     nodes: np.ndarray | None = None
+    modes: np.ndarray | None = None
+    shapes: Sequence[Mapping[str, Any]] = ()
     ends: list[np.ndarray] = field(default_factory=list)
     guided: bool = False
 
@@ -45,6 +51,7 @@ class Link:
     bodies: list[Body | None]
     points: list[np.ndarray]
     axes: list[np.ndarray]
+    places: list[Place]
     stiff: np.ndarray
     """Directions, axes of W, in which a spring or damper acts."""
 
@@ -54,16 +61,24 @@ class Follower:
     """A force and a torque on a body at a point, as they are at the start."""
 
     name: str
+    place: Place
     point: np.ndarray
     force: np.ndarray
     torque: np.ndarray
 
 
+Shapes = Mapping[str, Sequence[Mapping[str, Any]]]
+"""What files say to draw, by body: places from the origin of the body's frame (a rigid one's centre of mass)."""
+NO_SHAPES: Shapes = {}
+
+
 class Layout:
     """Bodies, joints and forces of a mechanism in its initial configuration."""
 
-    def __init__(self, mechanism: dict[str, Any], resources: Path, bold: float = 1.0):
+    def __init__(self, mechanism: dict[str, Any], resources: Path, bold: float = 1.0, shapes: Shapes = NO_SHAPES):
         bodies = [_body(entry, resources) for entry in mechanism.get("bodies", [])]
+        for body in bodies:
+            body.shapes = shapes.get(body.name, ())
         self.bodies = {body.name: body for body in bodies}
         self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
         self.forces, self.on_joints, self.followers = [], [], []
@@ -76,7 +91,11 @@ class Layout:
                 self.on_joints.append((entry["name"], entry.get("joint")))
         self.loads = [load for load in mechanism.get("loads", []) if load["body"] in self.bodies]
         self.stations = [
-            (entry["name"], self.bodies[entry["body"]].nodes[entry["nodes"]].mean(axis=0))
+            (
+                entry["name"],
+                self.bodies[entry["body"]].nodes[entry["nodes"]].mean(axis=0),
+                Place(entry["body"], tuple(entry["nodes"])),
+            )
             for entry in mechanism.get("stations", [])
         ]
         self.sensors = [self._sensor(entry) for entry in mechanism.get("sensors", [])]
@@ -96,7 +115,7 @@ class Layout:
     def points(self) -> np.ndarray:
         """Centres, nodes, and both points of joints and forces, n × 3."""
         links = [point for link in (*self.joints, *self.forces) for point in link.points]
-        links += [follower.point for follower in self.followers] + [place for _, _, place, _ in self.sensors]
+        links += [follower.point for follower in self.followers] + [point for _, _, point, _, _ in self.sensors]
         nodes = [node for body in self.bodies.values() if body.nodes is not None for node in body.nodes]
         return np.array([body.centre for body in self.bodies.values()] + links + nodes)
 
@@ -115,15 +134,15 @@ class Layout:
             turns.append(_rotation(frame.get("orientation", {})))
         return self._link(entry, places, turns)
 
-    def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray]:
-        """Name, type, place and axes."""
+    def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray, Place]:
+        """Name, type, point, axes, and what carries it."""
         frame, body = entry.get("frame", {}), self.bodies.get(entry["body"])
         place, turn = np.array(frame.get("position", (0, 0, 0)), dtype=float), _rotation(frame.get("orientation", {}))
+        node = frame.get("node", -1)
         if body is not None:
-            node = frame.get("node", -1)
             place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
             turn = body.rotation @ turn
-        return entry["name"], entry["type"], place, turn
+        return entry["name"], entry["type"], place, turn, _place(body, node)
 
     def _follower(self, entry: dict[str, Any]) -> Follower:
         """What acts on a single body: a force that turns with it, or drag."""
@@ -135,7 +154,7 @@ class Layout:
         force, torque = (
             body.rotation @ np.array(entry.get(key, (0, 0, 0)), dtype=float) for key in ("force", "torque")
         )
-        return Follower(entry["name"], point, force, torque)
+        return Follower(entry["name"], _place(body, node), point, force, torque)
 
     def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
         bodies = [self.bodies.get(name) for name in entry["bodies"]]
@@ -149,7 +168,13 @@ class Layout:
             axes.append(turn if body is None else body.rotation @ turn)
         acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
         acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
-        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, np.broadcast_to(acting, 3))
+        carriers = [_place(body, node) for body, (_, node) in zip(bodies, places, strict=True)]
+        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, np.broadcast_to(acting, 3))
+
+
+def _place(body: Body | None, node: int) -> Place:
+    """What carries a frame on a body or on one of its nodes."""
+    return Place() if body is None else Place(body.name, () if node < 0 else (node,))
 
 
 def _body(entry: dict[str, Any], resources: Path) -> Body:
@@ -159,7 +184,8 @@ def _body(entry: dict[str, Any], resources: Path) -> Body:
     if "flexible" in entry:
         data = json.loads((resources / entry["flexible"]["file"]).read_text(encoding="utf-8"))
         nodes = position + np.array(data["X"], dtype=float) @ R.T
-        return Body(entry["name"], position, R, nodes.mean(axis=0), 0.0, np.zeros((3, 3)), spin, nodes)
+        modes = np.einsum("ij,njf->nif", R, np.array(data.get("Phi", np.zeros((len(nodes), 3, 0))), dtype=float))
+        return Body(entry["name"], position, R, nodes.mean(axis=0), 0.0, np.zeros((3, 3)), spin, nodes, modes)
     J = entry["inertia"]
     xy, xz, yz = (J.get(key, 0.0) for key in ("xy", "xz", "yz"))
     inertia = R @ np.array([[J["xx"], xy, xz], [xy, J["yy"], yz], [xz, yz, J["zz"]]]) @ R.T

@@ -1,7 +1,7 @@
 """The scene of a mechanism: solids of its bodies, joints and forces, and what names them."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from . import symbols
-from .layout import Body, Layout
+from .layout import NO_SHAPES, Body, Layout, Link, Shapes
+from .parts import BETWEEN, GROUND, Part, Place, Solid
 from .raster import LIGHT, view_from
+from .shapes import faces_of
 from .solids import Faces, arrow, ball, box, cylinder, lofted, turning_arrow, unit
-from .symbols import ORANGE, Part
+from .symbols import DARK, ORANGE
 
 BODIES = ("#5b8fc4", "#62ab73", "#8a5fb0", "#c9b23f", "#4fa3a5", "#b8738a")
 RED = "#c8372d"
@@ -30,28 +32,44 @@ class Label:
     detail: str
     point: np.ndarray
     group: int
+    place: Place
+    layer: str
     color: str = "#222222"
 
 
 @dataclass
 class Scene:
-    """Solids with the group of each, and labels."""
+    """Solids and labels: what the picture shows at the start and the viewer in motion."""
 
     layout: Layout
-    solids: list[Part] = field(default_factory=list)
-    groups: list[int] = field(default_factory=list)
+    solids: list[Solid] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
     faces_to: list[np.ndarray] = field(default_factory=list)
     """Axes of disks and hinges, which are best seen at an angle."""
 
-    def add(self, parts: Iterable[Part], name: str = "", detail: str = "", point=(0, 0, 0), **style: str) -> None:
-        """Put solids in, with a label if they have a name."""
-        group = len(self.labels)
+    def add(
+        self,
+        parts: Iterable[Part],
+        layer: str,
+        on: Link | Place,
+        name: str = "",
+        detail: str = "",
+        point=(0, 0, 0),
+        **style: str,
+    ) -> None:
+        """Put in the parts of a link, or of what one place carries; with a label if they have a name."""
+        group = len(self.labels) if name else -1
+        ends = on.places if isinstance(on, Link) else [on, on]
         for part in parts:
-            self.solids.append(part)
-            self.groups.append(group if name else -1)
+            solid = Solid(part.faces, part.color, layer, group, Place(), modes=part.modes)
+            if part.end == BETWEEN:
+                between = part.between or (on.points[0], on.points[1])
+                solid = replace(solid, place=ends[0], other=ends[1], between=between)
+            elif part.end != GROUND:
+                solid = replace(solid, place=ends[part.end])
+            self.solids.append(solid)
         if name:
-            self.labels.append(Label(name, detail, np.asarray(point, dtype=float), group, **style))
+            self.labels.append(Label(name, detail, np.asarray(point, dtype=float), group, ends[1], layer, **style))
 
     def best_view(self) -> np.ndarray:
         """The direction from which points lie farthest apart and disks are neither lines nor circles."""
@@ -77,57 +95,89 @@ class Scene:
         return view_from(*max(product(range(-75, 105, 10), (14, 22, 32)), key=merit))
 
 
-def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0) -> Scene:
-    """What a `mechanism.json` shows, with bars `bold` times as thick; modal data are in the folder `resources`."""
-    layout = Layout(mechanism, resources, bold)
+def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0, shapes: Shapes = NO_SHAPES) -> Scene:
+    """What a `mechanism.json` shows, with bars `bold` times as thick; modal data are in the folder `resources`.
+
+    Bodies look as `shapes` say, else as their inertia and their joints do.
+    """
+    layout = Layout(mechanism, resources, bold, shapes)
     scene, t = Scene(layout), layout.thickness
     strength = float(np.linalg.norm(layout.gravity))
     down = layout.gravity / strength if strength else np.array([0.0, 0.0, -1.0])
     for i, body in enumerate(layout.bodies.values()):
-        color = BODIES[i % len(BODIES)]
+        color, place = color_of(i), Place(body.name)
         detail = f"{body.mass:.4g} kg" if body.nodes is None else "flexible"
-        scene.add(_body(body, scene, color), body.name, detail, body.centre)
-        scene.add(_spin(body, t))
+        scene.add(_body(body, scene, color), "body", place, body.name, detail, body.centre)
+        scene.add(_mark(body, t, layout.size), "mark", place)
+        scene.add(_spin(body, t), "body", place)
         speed = _spin_of(body)
         if speed:
             scene.labels[-1].detail += f", {speed:.5g} rad/s"
     for link in layout.joints:
-        scene.add(symbols.joint(link, t), link.name, f"{link.type} joint", link.points[1])
-        scene.add(symbols.feet(link, t, down))
+        scene.add(symbols.joint(link, t), "joint", link, link.name, f"{link.type} joint", link.points[1])
+        scene.add(symbols.feet(link, t, down), "ground", link)
         scene.faces_to += [link.axes[0][:, 2]] if link.type == "revolute" else []
     for link in layout.forces:
-        scene.add(symbols.force(link, t, down), link.name, "", link.points[1], color="#a8641a")
+        scene.add(symbols.force(link, t, down), "force", link, link.name, "", link.points[1], color="#a8641a")
     for follower in layout.followers:
         parts = _arrows(follower.force, follower.torque, follower.point, follower.point, t)
-        scene.add([(ball(follower.point, 1.2 * t), RED), *parts], follower.name, "", follower.point, color=RED)
+        parts = [Part(ball(follower.point, 1.2 * t), RED), *parts]
+        scene.add(parts, "load", follower.place, follower.name, "", follower.point, color=RED)
     joints = {link.name: link for link in layout.joints}
     for name, joint in layout.on_joints:
         if joint in joints:
-            scene.add(symbols.spiral(joints[joint], t), name, "", joints[joint].points[1], color="#a8641a")
+            link = joints[joint]
+            scene.add(symbols.spiral(link, t), "force", link, name, "", link.points[1], color="#a8641a")
     for load in layout.loads:
-        scene.add(_load(load, layout), load["name"], _strength(load), layout.bodies[load["body"]].centre, color=RED)
-    for name, point in layout.stations:
+        place, centre = Place(load["body"], turns=False), layout.bodies[load["body"]].centre
+        scene.add(_load(load, layout), "load", place, load["name"], _strength(load), centre, color=RED)
+    for name, point, place in layout.stations:
         shown = name if len(layout.stations) <= STATIONS else ""
-        scene.add([(ball(point, 2.4 * t), ORANGE)], shown, "", point, color="#a8641a")
-    for name, kind, point, axes in layout.sensors:
-        shown = name if len(layout.sensors) <= STATIONS else ""
-        scene.add(symbols.sensor(point, axes, t), shown, "IMU" if kind == "imu" else "", point, color="#3f6f73")
+        scene.add([Part(ball(point, 2.4 * t), ORANGE)], "station", place, shown, "", point, color="#a8641a")
+    for name, kind, point, axes, place in layout.sensors:
+        shown, detail = name if len(layout.sensors) <= STATIONS else "", "IMU" if kind == "imu" else ""
+        scene.add(symbols.sensor(point, axes, t), "sensor", place, shown, detail, point, color="#3f6f73")
     return scene
 
 
+def color_of(body: int) -> str:
+    """The colour of a body by its number."""
+    return BODIES[body % len(BODIES)]
+
+
 def _body(body: Body, scene: Scene, color: str) -> Iterable[Part]:
-    """Bars from the centre of mass to every end and the solid that has the body's inertia; bands of a flexible one."""
+    """What the file says to draw; else bars from the centre of mass to every end and the solid that has the body's
+    inertia, and bands of a flexible one.
+    """
     t, size = scene.layout.thickness, scene.layout.size
+    if body.shapes:
+        for shape in body.shapes:
+            yield Part(faces_of(shape, body.position, body.rotation), shape.get("color", color))
+        return
     if body.nodes is not None:
-        for i, faces in enumerate(_bands(body, t)):
-            yield faces, color if i % 2 else _lighter(color)
+        for i, (faces, modes) in enumerate(_bands(body, t)):
+            yield Part(faces, color if i % 2 else _lighter(color), modes=modes)
         return
     for end in body.ends:
         if np.linalg.norm(end - body.centre) > t:
-            yield cylinder(body.centre, end, t), color
+            yield Part(cylinder(body.centre, end, t), color)
     faces, axis = equal_solid(body, t, size)
     scene.faces_to += [] if axis is None else [axis]
-    yield faces, color
+    yield Part(faces, color)
+
+
+def _mark(body: Body, t: float, size: float) -> Iterable[Part]:
+    """Lines along the surface of a disk or shaft, without which its spin could not be seen."""
+    moments, axes = np.linalg.eigh(body.inertia)
+    alone = _alone(moments)
+    if body.shapes or body.nodes is not None or body.guided or alone is None or body.mass <= 0:
+        return
+    faces, _ = equal_solid(body, t, size)
+    z, x = axes[:, alone], axes[:, (alone + 1) % 3]
+    local = (faces.reshape(-1, 3) - body.centre) @ np.column_stack([x, np.cross(z, x), z])
+    half, radius = local[:, 2].max(), np.linalg.norm(local[:, :2], axis=1).max()
+    wide, R = 0.12 * radius, np.column_stack([x, np.cross(z, x), z])
+    yield Part(box(body.centre + 0.5 * radius * x, (1.02 * radius, wide, 2.04 * half), R), DARK)
 
 
 def equal_solid(body: Body, t: float, size: float) -> tuple[Faces, np.ndarray | None]:
@@ -165,8 +215,8 @@ def _alone(moments: np.ndarray) -> int | None:
     return None if low == high else 2 if low else 0
 
 
-def _bands(body: Body, t: float) -> Iterable[Faces]:
-    """Boxes through the nodes' outline along their longest direction."""
+def _bands(body: Body, t: float) -> Iterable[tuple[Faces, np.ndarray]]:
+    """Boxes through the nodes' outline along their longest direction, and how modes move their corners."""
     _, _, directions = np.linalg.svd(body.nodes - body.centre, full_matrices=False)
     R = np.column_stack([directions[0], directions[1], np.cross(directions[0], directions[1])])
     local = (body.nodes - body.centre) @ R
@@ -179,8 +229,24 @@ def _bands(body: Body, t: float) -> Iterable[Faces]:
     most = 1.1 * t if np.ptp(local[:, 0]) > 10 * halves.max() else np.inf
     halves = np.pad(np.clip(halves, t, max(most, t)), ((0, 0), (1, 0)))
     corners = middles[:, None] + halves[:, None] * np.array([(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)])
-    for pair in pairwise(body.centre + corners @ R.T):
-        yield lofted(np.array(pair))
+    corners = body.centre + corners @ R.T
+    sections = zip(np.unique(bins), corners, strict=True)
+    moved = np.array([_section_modes(body, bins == i, section) for i, section in sections])
+    for pair, moves in zip(pairwise(corners), pairwise(moved), strict=True):
+        # lofted() only arranges points, so it arranges displacements in the same way
+        modes = [lofted(np.array(moves)[..., f]) for f in range(body.modes.shape[2])]
+        yield lofted(np.array(pair)), np.array(modes)
+
+
+def _section_modes(body: Body, chosen: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Displacements of points of a section, points × 3 × modes: it moves and turns as its nodes do on average."""
+    nodes, modes = body.nodes[chosen], body.modes[chosen]
+    middle, mean = nodes.mean(axis=0), modes.mean(axis=0)
+    arms, moves = nodes - middle, modes - mean
+    # least squares: the sum of arm × move is the second moment of the arms times the turn
+    second = (arms**2).sum() * np.eye(3) - arms.T @ arms
+    turns = np.linalg.pinv(second, rcond=1e-9) @ np.cross(arms[:, :, None], moves, axis=1).sum(axis=0)
+    return mean + np.cross(turns[None], (corners - middle)[:, :, None], axis=1)
 
 
 def _spin_of(body: Body) -> float:
@@ -197,7 +263,7 @@ def _spin(body: Body, t: float) -> Iterable[Part]:
         axis = unit(body.spin)
         half = np.sqrt(max(1.5 * (np.trace(body.inertia) - 2 * axis @ body.inertia @ axis) / body.mass, 0))
         place = body.centre + (half + 11 * t) * axis
-        yield turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED
+        yield Part(turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED)
 
 
 def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:
@@ -211,9 +277,9 @@ def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:
 def _arrows(force: np.ndarray, torque: np.ndarray, point: np.ndarray, beside: np.ndarray, t: float) -> Iterable[Part]:
     """A force at a point and a torque beside it, where they are not zero."""
     if force.any():
-        yield arrow(point, point + 26 * t * unit(force), 0.8 * t), RED
+        yield Part(arrow(point, point + 26 * t * unit(force), 0.8 * t), RED)
     if torque.any():
-        yield turning_arrow(beside, torque, 6 * t, 0.7 * t, 20, 300), RED
+        yield Part(turning_arrow(beside, torque, 6 * t, 0.7 * t, 20, 300), RED)
 
 
 def _strength(load: dict[str, Any]) -> str:

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from .layout import Link
-from .solids import Faces, ball, box, cylinder, frame_with_z, spring, tube, turned, unit
+from .parts import BETWEEN, FIRST, GROUND, SECOND, Part
+from .solids import ball, box, cylinder, frame_with_z, spring, tube, turned, unit
 
 GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
-Part = tuple[Faces, str]
 FOOT = 9.0
 """Length of a foot, in t."""
 
@@ -17,17 +17,13 @@ def foot(point: np.ndarray, direction: np.ndarray, t: float, length: float = FOO
     """A post from a point to a hatched plate on the ground, `length` in t."""
     R = frame_with_z(direction)
     end = point + length * t * R[:, 2]
-    yield (
-        turned(
-            [(0, 0), (0, 0.9 * t), (0.8 * length * t, 2.2 * t), (length * t, 2.2 * t), (length * t, 0)], point, R[:, 2]
-        ),
-        GREY,
-    )
-    yield box(end, (9 * t, 9 * t, 0.8 * t), R), GREY
+    profile = [(0, 0), (0, 0.9 * t), (0.8 * length * t, 2.2 * t), (length * t, 2.2 * t), (length * t, 0)]
+    yield Part(turned(profile, point, R[:, 2]), GREY, GROUND)
+    yield Part(box(end, (9 * t, 9 * t, 0.8 * t), R), GREY, GROUND)
     for x in (-3.6, -1.2, 1.2, 3.6):
         for y in (-4.2, 4.2):
             start = end + R @ (t * np.array([x, y, 0.4]))
-            yield cylinder(start, start + R @ (t * np.array([-1.6, 0, 2.2])), 0.25 * t, 8), DARK
+            yield Part(cylinder(start, start + R @ (t * np.array([-1.6, 0, 2.2])), 0.25 * t, 8), DARK, GROUND)
 
 
 def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
@@ -47,22 +43,22 @@ def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
 
 def spherical(link: Link, t: float) -> Iterable[Part]:
     """Ball."""
-    yield ball(link.points[1], 2.2 * t), DARK
+    yield Part(ball(link.points[1], 2.2 * t), DARK)
 
 
 def revolute(link: Link, t: float) -> Iterable[Part]:
     """Hinge along z."""
     z, point = link.axes[0][:, 2], link.points[1]
-    yield cylinder(point - 4 * t * z, point + 4 * t * z, 1.3 * t), DARK
-    yield cylinder(point - 2.4 * t * z, point + 2.4 * t * z, 2.2 * t), GREY
+    yield Part(cylinder(point - 4 * t * z, point + 4 * t * z, 1.3 * t), DARK, FIRST)
+    yield Part(cylinder(point - 2.4 * t * z, point + 2.4 * t * z, 2.2 * t), GREY)
 
 
 def universal(link: Link, t: float) -> Iterable[Part]:
     """Cross along y of the first and x of the second frame."""
-    for axis in (link.axes[0][:, 1], link.axes[1][:, 0]):
-        yield cylinder(link.points[1] - 4.8 * t * axis, link.points[1] + 4.8 * t * axis, 0.9 * t), DARK
+    for end, axis in ((FIRST, link.axes[0][:, 1]), (SECOND, link.axes[1][:, 0])):
+        yield Part(cylinder(link.points[1] - 4.8 * t * axis, link.points[1] + 4.8 * t * axis, 0.9 * t), DARK, end)
         for side in (-4.8, 4.8):
-            yield ball(link.points[1] + side * t * axis, 1.3 * t), DARK
+            yield Part(ball(link.points[1] + side * t * axis, 1.3 * t), DARK, end)
 
 
 def _guide(link: Link, t: float) -> tuple[np.ndarray, np.ndarray]:
@@ -77,15 +73,15 @@ def prismatic(link: Link, t: float) -> Iterable[Part]:
     """Rail along z with a sleeve."""
     start, end = _guide(link, t)
     R, length = link.axes[0], float(np.linalg.norm(end - start))
-    yield box((start + end) / 2, (2 * t, 2 * t, length), R), GREY
-    yield box(link.points[1], (3.4 * t, 3.4 * t, 7 * t), link.axes[1]), DARK
+    yield Part(box((start + end) / 2, (2 * t, 2 * t, length), R), GREY, FIRST)
+    yield Part(box(link.points[1], (3.4 * t, 3.4 * t, 7 * t), link.axes[1]), DARK)
 
 
 def cylindrical(link: Link, t: float) -> Iterable[Part]:
     """Round rail along z with a sleeve."""
-    yield cylinder(*_guide(link, t), 1.1 * t), GREY
+    yield Part(cylinder(*_guide(link, t), 1.1 * t), GREY, FIRST)
     z = link.axes[0][:, 2]
-    yield cylinder(link.points[1] - 3.5 * t * z, link.points[1] + 3.5 * t * z, 2.1 * t), DARK
+    yield Part(cylinder(link.points[1] - 3.5 * t * z, link.points[1] + 3.5 * t * z, 2.1 * t), DARK)
 
 
 def planar(link: Link, t: float) -> Iterable[Part]:
@@ -93,8 +89,8 @@ def planar(link: Link, t: float) -> Iterable[Part]:
     R = link.axes[0]
     offset = R.T @ (link.points[1] - link.points[0])
     centre, size = R @ (offset / 2 * (1, 1, 0)), np.abs(offset) + 16 * t
-    yield box(link.points[0] + centre - t * R[:, 2], (size[0], size[1], 0.8 * t), R), GREY
-    yield cylinder(link.points[1] - 0.6 * t * R[:, 2], link.points[1] + t * R[:, 2], 3 * t), DARK
+    yield Part(box(link.points[0] + centre - t * R[:, 2], (size[0], size[1], 0.8 * t), R), GREY, FIRST)
+    yield Part(cylinder(link.points[1] - 0.6 * t * R[:, 2], link.points[1] + t * R[:, 2], 3 * t), DARK)
 
 
 def fixed(link: Link, t: float) -> Iterable[Part]:
@@ -102,21 +98,21 @@ def fixed(link: Link, t: float) -> Iterable[Part]:
     body = link.bodies[1]
     ahead = link.points[1] - body.centre if body is not None else np.zeros(3)
     R = frame_with_z(ahead if np.linalg.norm(ahead) > t else link.axes[0][:, 2])
-    yield box(link.points[1], (6 * t, 6 * t, 2 * t), R), DARK
+    yield Part(box(link.points[1], (6 * t, 6 * t, 2 * t), R), DARK)
 
 
 def distance(link: Link, t: float) -> Iterable[Part]:
     """Rod between two balls."""
-    for point in link.points:
-        yield ball(point, 1.8 * t), DARK
+    for end, point in enumerate(link.points):
+        yield Part(ball(point, 1.8 * t), DARK, end)
     if np.linalg.norm(link.points[1] - link.points[0]) > t:
-        yield cylinder(*link.points, 0.7 * t), DARK
+        yield Part(cylinder(*link.points, 0.7 * t), DARK, BETWEEN)
 
 
 def point_on_line(link: Link, t: float) -> Iterable[Part]:
     """Ball on a round rail along z."""
-    yield cylinder(*_guide(link, t), 1.1 * t), GREY
-    yield ball(link.points[1], 2.2 * t), DARK
+    yield Part(cylinder(*_guide(link, t), 1.1 * t), GREY, FIRST)
+    yield Part(ball(link.points[1], 2.2 * t), DARK)
 
 
 def free(_link: Link, _t: float) -> Iterable[Part]:
@@ -126,7 +122,7 @@ def free(_link: Link, _t: float) -> Iterable[Part]:
 
 def other(link: Link, t: float) -> Iterable[Part]:
     """A small ball for what has no symbol."""
-    yield ball(link.points[1], 1.8 * t), DARK
+    yield Part(ball(link.points[1], 1.8 * t), DARK)
 
 
 JOINTS: dict[str, Callable[[Link, float], Iterable[Part]]] = {
@@ -158,20 +154,24 @@ def spring_damper(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     gap = end - start
     if np.linalg.norm(gap) > 6 * t:
         turns = int(np.clip(np.linalg.norm(gap) / (2.2 * t), 5, 16))
-        yield spring(start, end, min(2.4 * t, 0.2 * float(np.linalg.norm(gap))), 0.4 * t, turns), ORANGE
-        for body, point, way in zip(link.bodies, link.points, (-gap, gap), strict=True):
-            yield ball(point, 1.2 * t), DARK
+        radius = min(2.4 * t, 0.2 * float(np.linalg.norm(gap)))
+        yield Part(spring(start, end, radius, 0.4 * t, turns), ORANGE, BETWEEN)
+        for i, (body, point, way) in enumerate(zip(link.bodies, link.points, (-gap, gap), strict=True)):
+            yield Part(ball(point, 1.2 * t), DARK, i)
             if body is None:
                 yield from foot(point, unit(way), t, 2.0)
         return
     body = link.bodies[1] or link.bodies[0]
-    yield ball(end, 2.4 * t), DARK
+    i = SECOND if link.bodies[1] else FIRST
+    yield Part(ball(end, 2.4 * t), DARK, i)
     for axis, acting in zip(np.eye(3), link.stiff, strict=True):
         if not acting:
             continue
         outward = float((end - body.centre) @ axis)
         way = axis * (np.sign(outward) if abs(outward) > t else np.sign(down @ axis) or 1.0)
-        yield spring(end + 2.4 * t * way, end + 14 * t * way, 2.2 * t, 0.4 * t), ORANGE
+        points = (end + 2.4 * t * way, end + 14 * t * way)
+        ends = points if i == FIRST else points[::-1]
+        yield Part(spring(*points, 2.2 * t, 0.4 * t), ORANGE, BETWEEN, ends)
         yield from foot(end + 13.6 * t * way, way, t, 1.0)
 
 
@@ -180,7 +180,7 @@ def spiral(link: Link, t: float) -> Iterable[Part]:
     turn = np.linspace(0, 5 * np.pi, 90)
     radius = t * np.linspace(2.2, 5, 90)
     path = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(90, 3.2 * t)])
-    yield tube(link.points[1] + path @ link.axes[0].T, 0.4 * t, 8), ORANGE
+    yield Part(tube(link.points[1] + path @ link.axes[0].T, 0.4 * t, 8), ORANGE)
 
 
 def torsion_spring(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
@@ -191,29 +191,29 @@ def torsion_spring(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
 def bushing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """A ring of rubber about z of the first frame, and a pin through it."""
     z, point = link.axes[0][:, 2], link.points[1]
-    yield cylinder(point - 2 * t * z, point + 2 * t * z, 3.2 * t), ORANGE
-    yield cylinder(point - 3.4 * t * z, point + 3.4 * t * z, 1.2 * t), DARK
+    yield Part(cylinder(point - 2 * t * z, point + 2 * t * z, 3.2 * t), ORANGE, FIRST)
+    yield Part(cylinder(point - 3.4 * t * z, point + 3.4 * t * z, 1.2 * t), DARK)
 
 
 def bearing(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """A journal about z of the first frame, and its shell."""
     z, point = link.axes[0][:, 2], link.points[1]
-    yield cylinder(point - 5 * t * z, point + 5 * t * z, 1.4 * t), DARK
-    yield cylinder(point - 1.6 * t * z, point + 1.6 * t * z, 3.4 * t), ORANGE
+    yield Part(cylinder(point - 5 * t * z, point + 5 * t * z, 1.4 * t), DARK)
+    yield Part(cylinder(point - 1.6 * t * z, point + 1.6 * t * z, 3.4 * t), ORANGE, FIRST)
 
 
 def plane_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """A plate of the plane, below the sphere."""
     z = link.axes[0][:, 2]
     foot_point = link.points[1] - z * float((link.points[1] - link.points[0]) @ z)
-    yield box(foot_point - 0.5 * t * z, (22 * t, 22 * t, t), link.axes[0]), GREY
-    yield ball(link.points[1], 1.6 * t), ORANGE
+    yield Part(box(foot_point - 0.5 * t * z, (22 * t, 22 * t, t), link.axes[0]), GREY, FIRST)
+    yield Part(ball(link.points[1], 1.6 * t), ORANGE)
 
 
 def sphere_contact(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """The centres of both spheres."""
-    for point in link.points:
-        yield ball(point, 1.6 * t), ORANGE
+    for end, point in enumerate(link.points):
+        yield Part(ball(point, 1.6 * t), ORANGE, end)
 
 
 FORCES: dict[str, Callable[[Link, float, np.ndarray], Iterable[Part]]] = {
@@ -229,6 +229,6 @@ def force(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
 
 def sensor(point: np.ndarray, axes: np.ndarray, t: float) -> Iterable[Part]:
     """A small cube and its three axes."""
-    yield box(point, (2.6 * t, 2.6 * t, 2.6 * t), axes), TEAL
+    yield Part(box(point, (2.6 * t, 2.6 * t, 2.6 * t), axes), TEAL)
     for axis in axes.T:
-        yield cylinder(point, point + 5 * t * axis, 0.45 * t, 8), TEAL
+        yield Part(cylinder(point, point + 5 * t * axis, 0.45 * t, 8), TEAL)
