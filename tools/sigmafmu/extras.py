@@ -1,6 +1,6 @@
 """What to install when a command needs a package that is not there."""
 
-EXTRAS = {"scipy": "loop", "pythonfmu": "loop", "lxml": "loop"}
+EXTRAS = {"scipy": "loop", "pythonfmu": "loop", "lxml": "loop", "mujoco": "mjcf"}
 """Package → extra that brings it."""
 EXTRA_OF_COMMAND = {"modes": "modes"}
 """Commands that have an extra of their own."""

@@ -114,8 +114,8 @@ def _carried(robot: Robot, body: str) -> list[Joint]:
 def join_slides(robot: Robot) -> None:
     """Two perpendicular slides with nothing between, and a hinge across both after them, become a planar joint."""
     for first in [joint for joint in robot.tree() if joint.type == "prismatic"]:
-        second = _only_next(robot, first)
-        if first.name not in robot.joints or second is None or second.type != "prismatic":
+        second = _only_next(robot, first) if first.name in robot.joints else None
+        if second is None or second.type != "prismatic":
             continue
         way = first.frames[0] @ first.frames[1].inverse() @ second.frames[0]
         x, y = first.frames[0].R[:, 2], way.R[:, 2]
@@ -157,6 +157,7 @@ def _replace(robot: Robot, planar: Joint, old: list[Joint]) -> None:
     for c, joint in zip(PLANE[-len(old) :], old, strict=True):
         planar.keys |= {c.key(key): value for key, value in joint.keys.items()}
         words[joint.name] = c.word
+        robot.coordinates[joint.name] = f"{name}\0{c.word}"
     for joint in old:
         if joint.bodies[1] != planar.bodies[1]:
             del robot.bodies[joint.bodies[1]]
@@ -184,6 +185,8 @@ def give_mass(robot: Robot) -> None:
         ]
         body.inertia = next((found for way in ways if (found := way())), None) or _last_resort(robot, body)
         body.inertia_axes = None
+        if body.name not in robot.changed:
+            body.comment = "without mass in the description; a rod on a hinge's axis, taken from a neighbour"
 
 
 def _from_child(robot: Robot, after: Joint) -> Inertia | None:
@@ -245,6 +248,7 @@ def _last_resort(robot: Robot, body: Body) -> Inertia:
     mass = LAST_RESORT * (min(other.mass for other in others) if others else 1.0)
     size = min((float(np.trace(other.J)) / other.mass for other in others), default=1.0)
     robot.tell(f"{body.name}: has no mass between joints that need some; it has {mass:.3g} kg now")
+    robot.changed.append(body.name)
     return Inertia(mass, np.zeros(3), mass * size / 3 * np.eye(3))
 
 
@@ -258,6 +262,7 @@ def make_possible(robot: Robot, body: Body) -> None:
     if _is_point(inertia):
         J = inertia.mass * 1e-6 * np.eye(3)  # a ball of 1.6 mm
     body.inertia = replace(inertia, J=J)
+    robot.changed.append(body.name)
     new = ", ".join(f"{moment:.4g}" for moment in np.linalg.eigvalsh(J))
     robot.tell(f"{body.name}: no body has the principal moments {moments} kg m²; they are {new} now")
 

@@ -38,6 +38,7 @@ class Body:
     """Where it is in W, if no joint says so."""
     merged: list[str] = field(default_factory=list)
     """Names of bodies that are part of it."""
+    comment: str = ""
 
 
 @dataclass
@@ -93,6 +94,10 @@ class Robot:
     step_size: float = 1e-3
     in_ground: list[str] = field(default_factory=list)
     """Bodies that are part of it."""
+    coordinates: dict[str, str] = field(default_factory=dict)
+    """Names of coordinates in the mechanism file, by the description's names of their joints."""
+    changed: list[str] = field(default_factory=list)
+    """Bodies whose mass or inertia is not that of the description."""
     told: list[str] = field(default_factory=list)
     """What was dropped or changed, a sentence each."""
 
@@ -141,6 +146,8 @@ def rename(robot: Robot) -> None:
         joint.name = name
     for element in robot.attached():
         element.bodies = bodies[element.bodies[0]], bodies[element.bodies[1]]
+    robot.coordinates = {old: _coordinate(name, joints) for old, name in robot.coordinates.items()} | joints
+    robot.changed = [bodies[name] for name in robot.changed]
     for coupling in robot.couplings:
         coupling.joints = [_coordinate(name, joints) for name in coupling.joints]
         coupling.name = unique(coupling.name, "coupling")
@@ -152,6 +159,6 @@ def rename(robot: Robot) -> None:
 
 
 def _coordinate(name: str, joints: dict[str, str]) -> str:
-    """A coordinate with its joint's new name; `(joint, word)` pairs are written `joint\\0word`."""
+    """A coordinate with its joint's new name; until then a joint and the coordinate's word have a zero between."""
     joint, _, word = name.partition("\0")
     return f"{joints[joint]}.{word}" if word else joints[joint]

@@ -77,7 +77,7 @@ def _wrapped(text: str, begin: str) -> Iterator[str]:
 
 
 def _body(body: Body) -> Iterator[str]:
-    yield f"  {body.name}:"
+    yield f"  {body.name}:{f' # {body.comment}' if body.comment else ''}"
     if body.merged:
         yield from (f"    {line}" for line in _wrapped(f"with {', '.join(body.merged)}", "#"))
     inertia = body.inertia
@@ -135,7 +135,10 @@ def _between(element: Joint | Force) -> Iterator[str]:
 def number(x: float) -> str:
     """A number without the noise of its last digit."""
     x = float(f"{float(x):.{DIGITS}g}")
-    return str(int(x)) if x == int(x) and abs(x) < 1e6 else repr(x)
+    if x == int(x) and abs(x) < 1e6:
+        return str(int(x))
+    mantissa, e, exponent = repr(x).partition("e")
+    return f"{mantissa}{'' if '.' in mantissa or not e else '.0'}{e}{exponent}"  # YAML 1.1 wants a point
 
 
 def _vector(values: Iterable[float]) -> str:
