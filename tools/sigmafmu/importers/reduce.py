@@ -82,6 +82,7 @@ def _with(pair: tuple, i: int, value: object) -> tuple:
 
 def drop_massless_ends(robot: Robot) -> None:
     """Links without mass that carry nothing go, with their joints and what couples these."""
+    gone: list[Joint] = []
     while True:
         holding = {element.bodies[0] for element in robot.attached()}
         holding |= {j.bodies[1] for j in robot.joints.values() if j.closes} | {f.bodies[1] for f in robot.forces}
@@ -89,21 +90,20 @@ def drop_massless_ends(robot: Robot) -> None:
         if not ends:
             break
         for joint in ends:
-            robot.tell(f"{joint.bodies[1]}: has no mass and carries nothing; gone with its joint {joint.name}")
-            drop_joint(robot, joint.name)
-            del robot.bodies[joint.bodies[1]]
-    for name in [name for name, body in robot.bodies.items() if body.inertia.mass == 0]:
-        if not any(name in element.bodies for element in robot.attached()):
-            robot.tell(f"{name}: has no mass and nothing is at it; gone")
-            del robot.bodies[name]
-
-
-def drop_joint(robot: Robot, name: str) -> None:
-    """A joint goes with the couplings that it is in."""
-    del robot.joints[name]
-    for coupling in [c for c in robot.couplings if any(x.partition("\0")[0] == name for x in c.joints)]:
-        robot.couplings.remove(coupling)
-        robot.tell(f"{coupling.name}: gone with {name}")
+            del robot.joints[joint.name], robot.bodies[joint.bodies[1]]
+        gone += ends
+    if gone:
+        listed = ", ".join(f"{joint.name} with {joint.bodies[1]}" for joint in gone)
+        robot.tell(f"joints that move nothing with mass: {listed}")
+    names = {joint.name for joint in gone}
+    couplings = [c for c in robot.couplings if names & set(c.joints)]
+    robot.couplings = [c for c in robot.couplings if c not in couplings]
+    if couplings:
+        robot.tell(f"couplings of these: {', '.join(c.name for c in couplings)}")
+    attached = {body for element in robot.attached() for body in element.bodies}
+    for name in [n for n, body in robot.bodies.items() if body.inertia.mass == 0 and n not in attached]:
+        robot.tell(f"{name}: has no mass and nothing is at it")
+        del robot.bodies[name]
 
 
 def _carried(robot: Robot, body: str) -> list[Joint]:
