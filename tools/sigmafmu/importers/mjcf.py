@@ -15,7 +15,16 @@ import numpy as np
 from sigmafmu.importers import mjcf_actuators, mjcf_shapes
 from sigmafmu.importers.inertia import Inertia, Pose
 from sigmafmu.importers.meshes import Meshes
-from sigmafmu.importers.robot import GROUND, Body, Coupling, DescriptionError, Force, Joint, Robot
+from sigmafmu.importers.robot import (
+    GROUND,
+    Body,
+    Coupling,
+    DescriptionError,
+    Force,
+    Joint,
+    Robot,
+    start_within_limits,
+)
 from sigmafmu.importers.xml import axes_with_z
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.problems import one_line
@@ -124,6 +133,7 @@ def _joint(m: mujoco.MjModel, j: int, name: str, bodies: tuple[str, str], place:
             keys[key] = float(value[dof])
     if m.jnt_limited[j]:
         keys["limits"] = [float(x) for x in m.jnt_range[j]]
+        start_within_limits(robot, name, keys)
     if np.any(getattr(m, "jnt_stiffnesspoly", np.zeros(m.njnt))[j]) or np.any(
         getattr(m, "dof_dampingpoly", np.zeros(m.nv))[dof]
     ):

@@ -116,6 +116,15 @@ class Robot:
         yield from self.forces
 
 
+def start_within_limits(robot: Robot, name: str, keys: dict[str, Any]) -> None:
+    """A coordinate that would start beyond its limits starts at the nearest."""
+    x = keys.get("coordinate", 0.0)
+    low, high = keys.get("limits", (x, x))
+    if not low <= x <= high:
+        keys["coordinate"] = low if x < low else high
+        robot.tell(f"{name}: starts at {keys['coordinate']:.6g}, since {x:g} is beyond its limits")
+
+
 def valid_name(text: str) -> str:
     """The name of a mechanism file that is nearest to a text."""
     words = [re.sub(r"[^A-Za-z0-9_]", "_", word) for word in text.split(".") if word] or ["_"]

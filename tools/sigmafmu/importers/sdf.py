@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmafmu.importers.inertia import Inertia, Pose
 from sigmafmu.importers.meshes import Meshes
-from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape
+from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape, start_within_limits
 from sigmafmu.importers.xml import Element, axes_with_z, color_of, pose_of_rpy
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.kinds import nearest
@@ -193,7 +193,7 @@ class _Model:
             axes = self._axes(element, kind, at)
             comment = f"axis [{', '.join(f'{x:.6g}' for x in at.R.T @ axes[:, 2 if kind != 'universal' else 1] + 0.0)}] of the joint"
             for tag, number in (("axis", "1"), ("axis2", "2")) if kind == "universal" else (("axis", ""),):
-                keys |= {key + number: value for key, value in self._acting(element.child(tag), kind).items()}
+                keys |= {key + number: value for key, value in self._acting(element.child(tag), name, kind).items()}
         frame = Pose(at.p, axes)
         frames = [self._in_model(end, element).inverse() @ frame if end else frame for end in ends]
         if kind == "screw":
@@ -225,7 +225,7 @@ class _Model:
         x /= np.linalg.norm(x)
         return np.column_stack([x, y, np.cross(x, y)])
 
-    def _acting(self, axis: Element | None, kind: str) -> dict[str, Any]:
+    def _acting(self, axis: Element | None, name: str, kind: str) -> dict[str, Any]:
         """Springs, dampers, friction and limits of an axis."""
         keys: dict[str, Any] = {}
         if axis is None:
@@ -241,6 +241,7 @@ class _Model:
             low, high = (_limit(limit, tag, sign) for tag, sign in (("lower", -1), ("upper", 1)))
             if max(-low, high) < UNLIMITED:
                 keys["limits"] = [low, high]
+                start_within_limits(self.robot, name, keys)
             elif min(-low, high) < UNLIMITED:
                 self.robot.tell("limits of one side")
             if limit.child("effort") is not None or limit.child("velocity") is not None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmafmu.importers.inertia import Inertia, Pose
 from sigmafmu.importers.meshes import Meshes
-from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape
+from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape, start_within_limits
 from sigmafmu.importers.xml import Element, axes_with_z, color_of, pose_of_rpy
 from sigmafmu.mechanism_file.kinds import nearest
 
@@ -177,6 +177,7 @@ def _acting(element: Element, name: str, kind: str, robot: Robot) -> dict[str, A
         lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
         if lower < upper:
             keys["limits"] = [lower, upper]
+            start_within_limits(robot, name, keys)
         else:
             robot.tell(f"{name}: limits from {lower:g} to {upper:g} leave it no room")
     if limit is not None and (limit.number("effort", "0") > 0 or limit.number("velocity", "0") > 0):

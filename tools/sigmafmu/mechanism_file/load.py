@@ -20,6 +20,7 @@ from sigmafmu.mechanism_file.definition import Json, definition, modal_file, val
 from sigmafmu.mechanism_file.kinds import Context
 from sigmafmu.mechanism_file.placement import Placement
 from sigmafmu.mechanism_file.problems import MechanismFileError, Problems, shown
+from sigmafmu.mechanism_file.stops import with_stiff_stops
 from sigmafmu.mechanism_file.structures import Pending, Record
 from sigmafmu.mechanism_file.table.ends import GROUND
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
@@ -70,6 +71,7 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     try:
         mechanism = mechanism_of(content, resources)
         content, moves = assemble(content, mechanism, file.get("joints", {}))
+        content = with_stiff_stops(content, mechanism, file.get("joints", {}))
         mechanism = mechanism_of(content, resources)
     except (ValueError, RuntimeError) as error:
         line, where = _place_of(str(error), file)
