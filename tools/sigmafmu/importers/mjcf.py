@@ -112,11 +112,13 @@ def _joint(m: mujoco.MjModel, j: int, name: str, bodies: tuple[str, str], place:
     dof, at = m.jnt_dofadr[j], np.array(m.jnt_pos[j])
     if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_BALL:
         frames = (place @ Pose(at), Pose(at))
-        if m.dof_damping[dof]:
-            keys = {"torsional_damping": [float(m.dof_damping[dof])] * 3}
-            robot.forces.append(Force(f"{name}_damping", "bushing", bodies, frames, keys))
-        if m.jnt_stiffness[j] or m.dof_armature[dof] or m.dof_frictionloss[dof] or m.jnt_limited[j]:
-            robot.tell(f"{name}: stiffness, armature, friction and limits of a ball joint")
+        resists = {"torsional_stiffness": float(m.jnt_stiffness[j]), "torsional_damping": float(m.dof_damping[dof])}
+        if keys := {key: [value] * 3 for key, value in resists.items() if value}:
+            robot.forces.append(Force(f"{name}_bushing", "bushing", bodies, frames, keys))
+        if resists["torsional_damping"]:
+            robot.tell(f"{name}: damping of a ball joint acts on the rate of its rotation vector, alike for small angles")
+        if m.dof_armature[dof] or m.dof_frictionloss[dof] or m.jnt_limited[j]:
+            robot.tell(f"{name}: armature, friction and limits of a ball joint")
         return Joint(name, "spherical", bodies, frames)
     turns = m.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE
     frame = Pose(at, axes_with_z(np.array(m.jnt_axis[j])))
