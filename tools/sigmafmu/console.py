@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 
 from sigmafmu import SigmafmuError, extras
 from sigmafmu.fmu import LogMessage
-from sigmafmu.mechanism_file.problems import MechanismFileError
+from sigmafmu.mechanism_file.problems import FileError
 
 PLAIN_WIDTH = 120
 """Columns when the output is not a terminal, so that a log or a file gets readable tables."""
@@ -71,7 +71,7 @@ class OneLineErrors(TyperGroup):
         """Call the command."""
         try:
             return super().invoke(ctx)
-        except MechanismFileError as error:  # lines that editors understand
+        except FileError as error:  # lines that editors understand
             err.print(str(error), markup=False, soft_wrap=True)
             raise typer.Exit(1) from error
         except SigmafmuError as error:

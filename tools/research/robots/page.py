@@ -16,8 +16,16 @@ from sigmafmu.mechanism_file.build import build_fmu
 from sigmafmu.mechanism_file.load import load
 from sigmafmu.simulate import simulate
 
-SHOWN = 90
+SHOWN = 120
 """Characters of what was dropped, for each robot."""
+COUNTED = {
+    "no body has the principal moments": "impossible inertias",
+    "beyond its limits": "starts beyond limits",
+    "which is none": "mimics of absent joints",
+    "one planar joint": "planar joints of slides",
+}
+"""What tells a sentence about one body or joint → what the table calls it."""
+NO_DIFFERENCE = ("the root, has", "other names")
 FMU_STEPS = 5
 EMPTY = ("ur3.urdf",)
 """Files of the packages that have no link."""
@@ -83,8 +91,12 @@ def _size_of_fmu(path: Path) -> int:
 
 
 def _short(told: list[str]) -> str:
-    """What is different, as far as it fits."""
-    text = "; ".join(sentence.partition(":")[0] for sentence in told)
+    """What is different, by kind: sentences about single bodies and joints are counted."""
+    counted = {what: sum(mark in sentence for sentence in told) for mark, what in COUNTED.items()}
+    parts = [f"{what} ({count})" for what, count in counted.items() if count]
+    marks = (*COUNTED, *NO_DIFFERENCE)
+    parts += [sentence.partition(":")[0] for sentence in told if not any(mark in sentence for mark in marks)]
+    text = "; ".join(parts)
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]} ..."
 
 

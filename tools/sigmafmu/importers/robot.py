@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from sigmafmu import SigmafmuError
 from sigmafmu.importers.inertia import Inertia, Pose
+from sigmafmu.mechanism_file.problems import FileError
 
 GROUND = "ground"
 
 
-class DescriptionError(SigmafmuError):
+class DescriptionError(FileError):
     """A description that cannot be read: `FILE:LINE: what is wrong; what is allowed`."""
 
 
