@@ -34,7 +34,9 @@ MODELS = {
         "a", hinge("one", "0 1 1", LOADED) + body("b", slide("two", "1 0 1", LOADED))
     ),
     "a free body that carries one": body("a", "<freejoint/>" + body("b", hinge("one"))),
-    "a ball": body("a", hinge("one") + body("b", '<joint name="ball" type="ball" stiffness="5"/>' + body("c", hinge("two")))),
+    "a ball": body(
+        "a", hinge("one") + body("b", '<joint name="ball" type="ball" stiffness="5"/>' + body("c", hinge("two")))
+    ),
     "two hinges": body("a", hinge("one") + body("b", hinge("two", "1 0 0") + hinge("three", "0 1 0"))),
     "three hinges": body(
         "a", hinge("one", "1 0 0", LOADED) + hinge("two", "0 1 0") + hinge("three", "0 0 1") + body("b", hinge("four"))
@@ -42,7 +44,10 @@ MODELS = {
     "three hinges on a body": body(
         "a", "<freejoint/>" + body("b", hinge("one", "1 0 0") + hinge("two", "0 1 0") + hinge("three", "0 1 1"))
     ),
-    "a plane": body("a", slide("x", "1 0 0", LOADED) + slide("z", "0 0 1") + hinge("turn", "0 1 0", LOADED) + body("b", hinge("one"))),
+    "a plane": body(
+        "a",
+        slide("x", "1 0 0", LOADED) + slide("z", "0 0 1") + hinge("turn", "0 1 0", LOADED) + body("b", hinge("one")),
+    ),
     "a plane, the other way": body("a", slide("x", "1 0 0") + slide("z", "0 0 1") + hinge("turn", "0 -1 0")),
     "two slides": body("a", slide("x", "1 0 0", LOADED) + slide("y", "0 1 0") + body("b", hinge("one"))),
     "two slides and a hinge aslant": body("a", slide("x", "1 0 0") + slide("y", "0 1 0") + hinge("turn", "1 0 1")),
@@ -106,7 +111,9 @@ BARS = (
     '<body name="c" pos="0.5 0 0"><joint name="three" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.4"/>'
     "</body></body></body>"
 )
-LOOP = model(BARS, '<option gravity="2 0 -9.81"/><equality><connect name="four" body1="c" anchor="0 0 -0.4"/></equality>')
+LOOP = model(
+    BARS, '<option gravity="2 0 -9.81"/><equality><connect name="four" body1="c" anchor="0 0 -0.4"/></equality>'
+)
 
 
 def test_a_loop_is_closed_by_a_joint(tmp_path):

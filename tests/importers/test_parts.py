@@ -30,7 +30,11 @@ def points(count=30):
 def inertia_of(masses, places):
     center = masses @ places / masses.sum()
     d = places - center
-    return Inertia(masses.sum(), center, np.einsum("i,ijk", masses, (d**2).sum(1)[:, None, None] * np.eye(3) - d[:, :, None] * d[:, None, :]))
+    return Inertia(
+        masses.sum(),
+        center,
+        np.einsum("i,ijk", masses, (d**2).sum(1)[:, None, None] * np.eye(3) - d[:, :, None] * d[:, None, :]),
+    )
 
 
 def assert_same(a, b):
@@ -114,6 +118,8 @@ def test_numbers_are_numbers_in_yaml(x):
     assert json.loads(number(x)) == found
 
 
-@pytest.mark.parametrize(("x", "text"), [(0.1 + 0.2, "0.3"), (-0.0, "0"), (5e-5, "5.0e-05"), (2.0, "2"), (1e9, "1000000000.0")])
+@pytest.mark.parametrize(
+    ("x", "text"), [(0.1 + 0.2, "0.3"), (-0.0, "0"), (5e-5, "5.0e-05"), (2.0, "2"), (1e9, "1000000000.0")]
+)
 def test_numbers_are_short(x, text):
     assert number(x) == text

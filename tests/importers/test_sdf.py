@@ -53,7 +53,9 @@ def test_the_same_as_urdf(tmp_path):
 
 def test_axes_in_other_frames_and_poses_of_joints(tmp_path):
     """A frame that is turned by 90 degrees: its y is the model's -x."""
-    plain = sdf(link("a", "0 0 1 0 0 0"), joint("one", "continuous", "world", "a", "1 0 0", pose="<pose>0 0.2 0 0 0 0</pose>"))
+    plain = sdf(
+        link("a", "0 0 1 0 0 0"), joint("one", "continuous", "world", "a", "1 0 0", pose="<pose>0 0.2 0 0 0 0</pose>")
+    )
     turned = sdf(
         '<frame name="f"><pose degrees="true">0 0.2 1 0 0 90</pose></frame>',
         link("a", "0 0 1 0 0 0"),
@@ -113,7 +115,9 @@ def test_a_loop_moves_as_its_drawing(tmp_path):
 def test_worlds(tmp_path):
     world = "<gravity>0 0 -1.6</gravity><physics><max_step_size>0.0005</max_step_size></physics>"
     static = '<model name="floor"><static>true</static><link name="l"/></model>'
-    text = sdf("<pose>1 2 3 0 0 0</pose>", link("a"), link("b"), joint("one", "ball", "a", "b", ""), world=world + static)
+    text = sdf(
+        "<pose>1 2 3 0 0 0</pose>", link("a"), link("b"), joint("one", "ball", "a", "b", ""), world=world + static
+    )
     content, made, file = converted(tmp_path, text)
     assert content["gravity"] == [0, 0, -1.6]
     assert content["integrator"]["stepSize"] == 0.0005

@@ -75,7 +75,9 @@ def test_what_the_file_says(tmp_path):
 
 
 def test_a_link_is_read_as_it_is_written(tmp_path):
-    content, _, _ = converted(tmp_path, robot('<link name="world"/>', link("a"), joint("one", "continuous", "world", "a")))
+    content, _, _ = converted(
+        tmp_path, robot('<link name="world"/>', link("a"), joint("one", "continuous", "world", "a"))
+    )
     body = content["bodies"]["a"]
     inertia = {"xx": 0.02, "yy": 0.03, "zz": 0.04, "xy": 0.001, "xz": -0.002, "yz": 0.003}
     assert {key: pytest.approx(value, rel=1e-13) for key, value in inertia.items()} == body["inertia"]
@@ -91,9 +93,7 @@ def test_mimic_joints_follow(tmp_path):
         + "</robot>",
     )
     content, _, file = converted(tmp_path, text)
-    assert content["couplings"] == {
-        "four_mimic": {"type": "mimic", "joints": ["four", "one"], "polynomial": [0.5, -2]}
-    }
+    assert content["couplings"] == {"four_mimic": {"type": "mimic", "joints": ["four", "one"], "polynomial": [0.5, -2]}}
     assert degrees(file) == 3
 
 
@@ -106,7 +106,13 @@ def test_the_root(tmp_path, base, moves):
 
 
 def test_a_root_without_mass_is_the_ground_unless_it_is_free(tmp_path):
-    text = robot('<link name="base"/>', link("a"), joint("hold", "fixed", "base", "a"), link("b"), joint("j", "continuous", "a", "b"))
+    text = robot(
+        '<link name="base"/>',
+        link("a"),
+        joint("hold", "fixed", "base", "a"),
+        link("b"),
+        joint("j", "continuous", "a", "b"),
+    )
     assert degrees(converted(tmp_path, text)[2]) == 1
     content, _, file = converted(tmp_path, text, "free")
     assert degrees(file) == 7
@@ -114,7 +120,13 @@ def test_a_root_without_mass_is_the_ground_unless_it_is_free(tmp_path):
 
 
 def test_floating_and_planar_joints(tmp_path):
-    text = robot('<link name="world"/>', link("a"), link("b"), joint("f", "floating", "world", "a"), joint("p", "planar", "a", "b"))
+    text = robot(
+        '<link name="world"/>',
+        link("a"),
+        link("b"),
+        joint("f", "floating", "world", "a"),
+        joint("p", "planar", "a", "b"),
+    )
     content, _, file = converted(tmp_path, text)
     assert content["bodies"]["a"]["position"] == [0.3, 0.1, 0.2]
     assert content["joints"]["p"]["type"] == "planar"
@@ -179,7 +191,12 @@ def test_shapes(tmp_path):
     )  # fmt: skip
     content, made, _ = converted(tmp_path, text)
     assert content["bodies"]["a"]["shapes"] == [
-        {"box": [1, 2, 3], "color": "#0000ff", "position": [1, 0, 0], "orientation": {"rotation_vector": [0, 0, "90 deg"]}},
+        {
+            "box": [1, 2, 3],
+            "color": "#0000ff",
+            "position": [1, 0, 0],
+            "orientation": {"rotation_vector": [0, 0, "90 deg"]},
+        },
         {"mesh": "meshes/hull.stl", "scale": 0.001, "color": "#ff8000"},
         {"mesh": "gone.dae"},
     ]
@@ -189,7 +206,9 @@ def test_shapes(tmp_path):
 
 
 def test_an_inertia_that_none_can_have_is_changed_and_told(tmp_path):
-    text = robot('<link name="world"/>', link("a", J="0.1 0.1 0.5", rpy="0 0 0"), joint("one", "continuous", "world", "a"))
+    text = robot(
+        '<link name="world"/>', link("a", J="0.1 0.1 0.5", rpy="0 0 0"), joint("one", "continuous", "world", "a")
+    )
     _, made, _ = converted(tmp_path, text)
     assert "no body has the principal moments" in told(made, "a: ")
     assert made.changed == ["a"]

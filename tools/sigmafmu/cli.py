@@ -11,8 +11,8 @@ from rich.markup import escape
 import sigmafmu
 from sigmafmu import SigmafmuError
 from sigmafmu.console import OneLineErrors, agreed, err, out, progress_bar, show_message, split_setting, write_text
-from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.importers.cli import register as register_importers
+from sigmafmu.linear.cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.mechanism_file.cli import is_mechanism_file

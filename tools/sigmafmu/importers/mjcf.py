@@ -116,7 +116,9 @@ def _joint(m: mujoco.MjModel, j: int, name: str, bodies: tuple[str, str], place:
         if keys := {key: [value] * 3 for key, value in resists.items() if value}:
             robot.forces.append(Force(f"{name}_bushing", "bushing", bodies, frames, keys))
         if resists["torsional_damping"]:
-            robot.tell(f"{name}: damping of a ball joint acts on the rate of its rotation vector, alike for small angles")
+            robot.tell(
+                f"{name}: damping of a ball joint acts on the rate of its rotation vector, alike for small angles"
+            )
         if m.dof_armature[dof] or m.dof_frictionloss[dof] or m.jnt_limited[j]:
             robot.tell(f"{name}: armature, friction and limits of a ball joint")
         return Joint(name, "spherical", bodies, frames)
@@ -281,6 +283,11 @@ def _absent(m: mujoco.MjModel, names: Names) -> Iterator[str]:
     lifted = [names.bodies[i] for i in np.flatnonzero(m.body_gravcomp)]
     if lifted:
         yield f"gravity compensation of {', '.join(lifted)}"
-    for count, what in ((m.nkey, "keyframes"), (m.nflex, "flexible bodies"), (m.nskin, "skins"), (m.nplugin, "plugins")):
+    for count, what in (
+        (m.nkey, "keyframes"),
+        (m.nflex, "flexible bodies"),
+        (m.nskin, "skins"),
+        (m.nplugin, "plugins"),
+    ):
         if count:
             yield what

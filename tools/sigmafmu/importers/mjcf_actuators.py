@@ -22,7 +22,9 @@ def add_actuators(m: mujoco.MjModel, names: Names, robot: Robot) -> None:
         on_joint = mujoco.mjtTrn(m.actuator_trntype[a]) == mujoco.mjtTrn.mjTRN_JOINT
         plain = m.actuator_gaintype[a] == mujoco.mjtGain.mjGAIN_FIXED
         bias = mujoco.mjtBias(m.actuator_biastype[a])
-        b0, b1, b2 = (float(x) for x in m.actuator_biasprm[a][:3]) if bias == mujoco.mjtBias.mjBIAS_AFFINE else (0, 0, 0)
+        b0, b1, b2 = (
+            (float(x) for x in m.actuator_biasprm[a][:3]) if bias == mujoco.mjtBias.mjBIAS_AFFINE else (0, 0, 0)
+        )
         known = bias in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
         joint = robot.joints.get(names.joints[m.actuator_trnid[a][0]]) if on_joint else None
         if joint is None or joint.type not in ("revolute", "prismatic") or not (plain and known) or b1 > 0 or b2 > 0:

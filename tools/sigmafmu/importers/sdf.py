@@ -133,12 +133,19 @@ class _Model:
             pose = _pose(inertial)[1]
             mass = float(_value(inertial, "mass", 1, "1")[0])
             if (inertia := inertial.child("inertia")) is not None:
-                for i, j, tag in ((0, 0, "ixx"), (1, 1, "iyy"), (2, 2, "izz"), (0, 1, "ixy"), (0, 2, "ixz"), (1, 2, "iyz")):
+                for i, j, tag in (
+                    (0, 0, "ixx"),
+                    (1, 1, "iyy"),
+                    (2, 2, "izz"),
+                    (0, 1, "ixy"),
+                    (0, 2, "ixz"),
+                    (1, 2, "iyz"),
+                ):
                     J[i, j] = J[j, i] = _value(inertia, tag, 1, "1" if i == j else "0")[0]
         else:
             self.robot.tell(f"{name}: says no mass; SDF gives it 1 kg and moments of 1 kg m²")
         body.inertia = Inertia(mass, np.zeros(3), J).seen_from(pose)
-        body.inertia_axes = pose if np.any(pose.R != np.eye(3)) else None
+        body.inertia_axes = pose if np.any(np.eye(3) != pose.R) else None
         body.shapes = list(self._shapes(element))
         return body
 
@@ -155,13 +162,18 @@ class _Model:
             elif form.tag == "sphere":
                 keys = {"sphere": float(_value(form, "radius", 1, "1")[0])}
             elif form.tag in ("cylinder", "capsule"):
-                sizes = {tag: float(_value(form, tag, 1, default)[0]) for tag, default in (("radius", "0.5"), ("length", "1"))}
+                sizes = {
+                    tag: float(_value(form, tag, 1, default)[0])
+                    for tag, default in (("radius", "0.5"), ("length", "1"))
+                }
                 keys = {"cylinder": sizes}
             elif form.tag == "mesh" and (uri := form.child("uri")) is not None:
                 keys = {"mesh": self.meshes.path(uri.text())}
                 scale = _value(form, "scale", 3, "1 1 1")
                 if np.ptp(scale) > 1e-9 or scale[0] <= 0:
-                    self.robot.tell(f"{link.get('name')}: the scale of a mesh differs by axis, here it is {abs(scale[0]):g}")
+                    self.robot.tell(
+                        f"{link.get('name')}: the scale of a mesh differs by axis, here it is {abs(scale[0]):g}"
+                    )
                 if abs(scale[0]) != 1:
                     keys["scale"] = abs(float(scale[0]))
             else:
@@ -269,7 +281,8 @@ class _Model:
         on_ground = [joint for joint in self.robot.joints.values() if GROUND in joint.bodies]
         for joint in on_ground:  # frames of the world, where the model is
             joint.frames = tuple(  # type: ignore[assignment]
-                place @ frame if body == GROUND else frame for body, frame in zip(joint.bodies, joint.frames, strict=True)
+                place @ frame if body == GROUND else frame
+                for body, frame in zip(joint.bodies, joint.frames, strict=True)
             )
 
     def _mimics(self) -> None:
@@ -281,7 +294,9 @@ class _Model:
             name, leader = element.get("name"), mimic.get("joint")
             if leader not in self.robot.joints or name not in self.robot.joints:
                 raise mimic.error(f"joint {name} mimics {leader}, which is none; {nearest(leader, self.robot.joints)}")
-            factor, offset, reference = (float(_value(mimic, t, 1, d)[0]) for t, d in (("multiplier", "1"), ("offset", "0"), ("reference", "0")))
+            factor, offset, reference = (
+                float(_value(mimic, t, 1, d)[0]) for t, d in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
+            )
             polynomial = [offset - factor * reference, factor]
             self.robot.couplings.append(Coupling(f"{name}_mimic", "mimic", [name, leader], {"polynomial": polynomial}))
 

@@ -1,7 +1,6 @@
 """Reads URDF as urdfdom does: http://wiki.ros.org/urdf/XML."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -85,7 +84,7 @@ def _inertia(inertial: Element) -> tuple[Inertia, Pose | None]:
     if (element := inertial.child("inertia")) is not None:
         for i, j, name in ((0, 0, "ixx"), (1, 1, "iyy"), (2, 2, "izz"), (0, 1, "ixy"), (0, 2, "ixz"), (1, 2, "iyz")):
             J[i, j] = J[j, i] = element.number(name, "0")
-    turned = np.any(pose.R != np.eye(3))
+    turned = np.any(np.eye(3) != pose.R)
     return Inertia(mass, np.zeros(3), J).seen_from(pose), pose if turned else None
 
 
@@ -257,7 +256,10 @@ def _tell_rest(root: Element, robot: Robot) -> None:
     """What a mechanism file has nothing for."""
     if any(link.child("collision") is not None for link in root.children("link")):
         robot.tell("shapes for collision")
-    for tag, what in (("transmission", "transmissions: every hinge and slide has an input for its motor"), ("gazebo", "elements for Gazebo")):
+    for tag, what in (
+        ("transmission", "transmissions: every hinge and slide has an input for its motor"),
+        ("gazebo", "elements for Gazebo"),
+    ):
         if root.child(tag) is not None:
             robot.tell(what)
     for tag in ("safety_controller", "calibration"):

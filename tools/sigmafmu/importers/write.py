@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sigmafmu.importers.inertia import Pose
-from sigmafmu.importers.robot import GROUND, Body, Force, Joint, Robot
+from sigmafmu.importers.robot import Body, Force, Joint, Robot
 from sigmafmu.mechanism_file import rotations
 
 DIGITS = 15

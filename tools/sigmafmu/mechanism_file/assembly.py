@@ -1,6 +1,7 @@
 """The start of a mechanism: coordinates and rates that the file gives hold, all else gives way to the joints."""
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,13 @@ from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.structures import Record
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
+from sigmafmu.mechanism_file.tree_starts import change, tree_starts
 
+State = tuple[np.ndarray, np.ndarray]
+"""q and v."""
+
+MOST_BODIES = 100
+"""Of mechanisms for which other starts are tried: what does not close costs the cube of their number."""
 ROUNDING = 1e-9
 """Relative: less has not moved."""
 
@@ -50,22 +57,56 @@ class Wanted:
         return abs(gap) > ROUNDING * (1 + abs(self.value))
 
 
-def assemble(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, tuple[Move, ...]]:
-    """The definition at a start with the coordinates and rates of the file, and what had to move for it.
+def assemble(
+    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record]
+) -> tuple[Json, Any, tuple[Move, ...]]:
+    """The definition at a start with the coordinates and rates of the file, its mechanism, and what had to move for it.
 
-    `mechanism` is that of the definition, and holds these values afterwards. Raises ValueError or RuntimeError with the
-    core's sentence, which names the joints that cannot close.
+    `make` is the mechanism of a definition. Where joints do not close from the bodies' places, other starts along the
+    tree are tried, and that which moves least is taken. Raises ValueError or RuntimeError with the core's sentence, which
+    names the joints that cannot close and by how much.
     """
+    mechanism = make(content)
+    try:
+        start, moved = _assembled(content, mechanism, joints)
+    except RuntimeError as error:
+        start, moved = _from_other_starts(content, make, joints, error)
+    return start, make(start), tuple(move for move in _moves(content, *moved) if move.is_any)
+
+
+def _from_other_starts(
+    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record], error: RuntimeError
+) -> tuple[Json, State]:
+    """As assemble(), from where bodies hang along trees; without success the error with the least gap."""
+    found = []
+    for begin in tree_starts(content, joints) if len(content["bodies"]) <= MOST_BODIES else ():
+        try:
+            found.append(_assembled(begin, make(begin), joints))
+        except (ValueError, RuntimeError) as other:
+            if _missing(other) < _missing(error):
+                error = RuntimeError(str(other))
+    if not found:
+        raise error
+    return min(found, key=lambda result: change(content, _at(content, *result[1])))
+
+
+def _missing(error: Exception) -> float:
+    """What joints miss by, where a message of the core tells it."""
+    match = re.search(r"cannot be closed.* by (\S+) \w+\.$", str(error))
+    return float(match[1]) if match else np.inf
+
+
+def _assembled(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, State]:
+    """From one start: the definition there, and its state."""
     q, v = _core.assemble(mechanism.multibody)
     wanted = list(_wanted(joints))
     reached = _core.System(mechanism.multibody).coordinates(q, v) if wanted else ()
-    before = content
     if any(w.missed_by(reached[w.is_rate][w.index]) for w in wanted):
         for w in wanted:
             mechanism.set(w.parameter, w.value)
         q, v = _core.assemble(mechanism.multibody)
         content = _at(content, q, v)
-    return _with_turns(content, wanted, joints), tuple(move for move in _moves(before, q, v) if move.is_any)
+    return _with_turns(content, wanted, joints), (q, v)
 
 
 def _wanted(joints: Mapping[str, Record]) -> Iterator[Wanted]:
