@@ -96,7 +96,8 @@ def test_tendons_between_two_sites_are_line_springs(tmp_path):
     inside = '<site name="s" pos="0.1 0 0.2"/>'
     text = model(
         '<site name="w" pos="0 0 1"/>' + body("a", hinge("one") + inside),
-        '<tendon><spatial name="rope" stiffness="40" damping="2" springlength="0.3"><site site="w"/><site site="s"/></spatial></tendon>',
+        '<tendon><spatial name="rope" stiffness="40" damping="2" springlength="0.3">'
+        '<site site="w"/><site site="s"/></spatial></tendon>',
     )
     path = tmp_path / "some.xml"
     path.write_text(text, encoding="utf-8")
@@ -107,8 +108,10 @@ def test_tendons_between_two_sites_are_line_springs(tmp_path):
 
 BARS = (
     '<body name="a"><joint name="one" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.4"/>'
-    '<body name="b" pos="0 0 0.4"><joint name="two" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0.5 0 0"/>'
-    '<body name="c" pos="0.5 0 0"><joint name="three" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.4"/>'
+    '<body name="b" pos="0 0 0.4"><joint name="two" axis="0 1 0"/>'
+    '<geom type="capsule" size="0.02" fromto="0 0 0 0.5 0 0"/>'
+    '<body name="c" pos="0.5 0 0"><joint name="three" axis="0 1 0"/>'
+    '<geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.4"/>'
     "</body></body></body>"
 )
 LOOP = model(
@@ -223,7 +226,7 @@ def test_shapes(tmp_path):
 
 def test_meshes_are_where_they_were(tmp_path):
     """MuJoCo moves a mesh into its principal axes; the file's mesh is where the description has it."""
-    points = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 0.5]]) + [3, 1, 2]
+    points = np.array([[3, 1, 2], [5, 1, 2], [3, 2, 2], [3, 1, 2.5]])
     faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     (tmp_path / "wedge.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points) + faces, encoding="utf-8")
     text = model('<body name="a"><joint/><geom type="mesh" mesh="w" pos="0.1 0 0" quat="1 0 0 1"/></body>').replace(

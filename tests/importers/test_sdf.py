@@ -9,8 +9,8 @@ from sigmafmu import _core
 from .helpers import accelerations_at, converted, degrees, refusal, told
 
 INERTIAL = (
-    "<inertial><pose>0.1 0.2 0.05 0.3 -0.2 0.5</pose><mass>{}</mass><inertia><ixx>0.02</ixx><iyy>0.03</iyy><izz>0.04</izz>"
-    "<ixy>0.001</ixy><ixz>-0.002</ixz><iyz>0.003</iyz></inertia></inertial>"
+    "<inertial><pose>0.1 0.2 0.05 0.3 -0.2 0.5</pose><mass>{}</mass><inertia><ixx>0.02</ixx><iyy>0.03</iyy>"
+    "<izz>0.04</izz><ixy>0.001</ixy><ixz>-0.002</ixz><iyz>0.003</iyz></inertia></inertial>"
 )
 
 
@@ -127,9 +127,11 @@ def test_worlds(tmp_path):
 
 
 def test_universal_joints_and_screws(tmp_path):
+    pitch = "<screw_thread_pitch>0.01</screw_thread_pitch>"
+    axis2 = "<axis2><xyz>0 1 0</xyz><dynamics><damping>3</damping></dynamics></axis2>"
     text = sdf(
-        link("a"), link("b"), joint("s", "screw", "world", "a", "0 0 1", "<screw_thread_pitch>0.01</screw_thread_pitch>"),
-        joint("u", "universal", "a", "b", "1 0 0", "<axis2><xyz>0 1 0</xyz><dynamics><damping>3</damping></dynamics></axis2>"),
+        link("a"), link("b"), joint("s", "screw", "world", "a", "0 0 1", pitch),
+        joint("u", "universal", "a", "b", "1 0 0", axis2),
     )  # fmt: skip
     content, _, file = converted(tmp_path, text)
     assert content["joints"]["u"]["damping2"] == 3
@@ -170,8 +172,14 @@ BAD = {
         sdf(link("a"), joint("j", "revolute", "b", "a")),
         ":3: there is no link b; allowed is a",
     ),
-    "the same link": (sdf(link("a"), joint("j", "revolute", "a", "a")), ":3: joint j has a on both sides; they must differ"),
-    "no axis": (sdf(link("a"), joint("j", "revolute", "world", "a", "")), ":3: joint j has no <axis>; it must have one"),
+    "the same link": (
+        sdf(link("a"), joint("j", "revolute", "a", "a")),
+        ":3: joint j has a on both sides; they must differ",
+    ),
+    "no axis": (
+        sdf(link("a"), joint("j", "revolute", "world", "a", "")),
+        ":3: joint j has no <axis>; it must have one",
+    ),
     "zero axis": (
         sdf(link("a"), joint("j", "revolute", "world", "a", "0 0 0")),
         ":3: the axis of joint j is (0, 0, 0); it must have a length above 0",

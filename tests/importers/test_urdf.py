@@ -179,7 +179,8 @@ def test_shapes(tmp_path):
     visual = (
         '<visual><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><geometry><box size="1 2 3"/></geometry>'
         '<material name="blue"/></visual>'
-        f'<visual><geometry><mesh filename="package://{tmp_path.name}/meshes/hull.stl" scale="0.001 0.001 0.001"/></geometry>'
+        f'<visual><geometry><mesh filename="package://{tmp_path.name}/meshes/hull.stl" scale="0.001 0.001 0.001"/>'
+        "</geometry>"
         '<material name="own"><color rgba="1 0.5 0 1"/></material></visual>'
         '<visual><geometry><mesh filename="gone.dae"/></geometry></visual>'
         '<collision><geometry><sphere radius="1"/></geometry></collision>'
@@ -255,8 +256,8 @@ BAD = {
     ),
     "unknown type": (
         robot(link("a"), link("b"), joint("i", "revolut", "a", "b")),
-        ":4: the type of joint i is revolut; did you mean revolute? allowed are revolute, continuous, prismatic, fixed, "
-        "floating, planar",
+        ":4: the type of joint i is revolut; did you mean revolute? allowed are revolute, continuous, prismatic, "
+        "fixed, floating, planar",
     ),
     "unknown link": (
         robot(link("arm"), link("b"), joint("i", "fixed", "am", "b")),

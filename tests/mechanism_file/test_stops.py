@@ -33,7 +33,8 @@ def test_armatures_and_what_is_carried_count():
     text = (
         "bodies:\n  a: {mass: 3, inertia: [1, 1, 1]}\n  b: {mass: 2, inertia: [1, 1, 1]}\n"
         "joints:\n  x: {type: prismatic, bodies: [ground, a], frame1: {}, limits: [0, 1], armature: 4}\n"
-        "  y: {type: prismatic, bodies: [a, b], frame1: {orientation: {rotation_vector: [90 deg, 0, 0]}}, limits: [0, 1]}"
+        "  y: {type: prismatic, bodies: [a, b], frame1: {orientation: {rotation_vector: [90 deg, 0, 0]}}, "
+        "limits: [0, 1]}"
     )
     assert stiffnesses(text) == [two_digits((3 + 2 + 4) * W0**2), two_digits(2 * W0**2)]
 
@@ -41,14 +42,15 @@ def test_armatures_and_what_is_carried_count():
 def test_in_a_loop_all_that_moves_counts():
     """A piston at half a turn of its crank: crank r, rod l, in a line; a rod's end stands still there."""
     r, rod, piston = 0.1, 0.3, 2.0
+    far = np.sqrt(rod**2 - r**2)
     text = (
         "gravity: [0, 0, 0]\nbodies:\n"
         f"  crank: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, 0, {r / 2}]}}\n"
-        f"  rod: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [{np.sqrt(rod**2 - r**2) / 2}, 0, {r / 2}]}}\n"
-        f"  piston: {{mass: {piston}, inertia: [1, 1, 1], position: [{np.sqrt(rod**2 - r**2)}, 0, 0]}}\n"
+        f"  rod: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [{far / 2}, 0, {r / 2}]}}\n"
+        f"  piston: {{mass: {piston}, inertia: [1, 1, 1], position: [{far}, 0, 0]}}\n"
         "joints:\n  main: {type: revolute, bodies: [ground, crank], point: [0, 0, 0], axis: [0, 1, 0]}\n"
         f"  pin: {{type: revolute, bodies: [crank, rod], point: [0, 0, {r}], axis: [0, 1, 0]}}\n"
-        f"  wrist: {{type: revolute, bodies: [rod, piston], point: [{np.sqrt(rod**2 - r**2)}, 0, 0], axis: [0, 1, 0]}}\n"
+        f"  wrist: {{type: revolute, bodies: [rod, piston], point: [{far}, 0, 0], axis: [0, 1, 0]}}\n"
         "  bore: {type: prismatic, bodies: [ground, piston], point: [0, 0, 0], axis: [1, 0, 0], limits: [-1, 1]}\n"
     )
     # at this angle all of the rod and the piston move along x with r w, and the crank turns with w
@@ -59,7 +61,8 @@ def test_in_a_loop_all_that_moves_counts():
 def test_a_driven_coordinate_has_no_stops_of_its_own():
     text = (
         "bodies:\n  a: {mass: 2, inertia: [1, 1, 1]}\njoints:\n"
-        "  j: {type: revolute, bodies: [ground, a], frame1: {}, limits: [-1, 1]}\ndrives: {j: {motion: rate, value: 1}}\n"
+        "  j: {type: revolute, bodies: [ground, a], frame1: {}, limits: [-1, 1]}\n"
+        "drives: {j: {motion: rate, value: 1}}\n"
     )
     assert stiffnesses(text) == [0.0]
 

@@ -117,16 +117,17 @@ def page(on_row: Callable[[], None]) -> str:
 
 INTRODUCTION = f"""# Robots that were converted
 
-Written by `python -m research robots`: [descriptions of robots](convert.md) from packages become mechanism files and FMUs,
-each FMU runs some steps, and accelerations are compared with those of another code at {STATES} random states of each:
-angles and displacements within ±1 rad or m, rates within ±1 rad/s or m/s. The difference is the largest one of all states,
-of the largest acceleration in the state; of free bodies, that of the centre of mass counts too. Friction and limits of joints
-are left out on both sides, damping and armatures are not.
+Written by `python -m research robots`: [descriptions of robots](convert.md) from packages become mechanism files and
+FMUs, each FMU runs some steps, and accelerations are compared with those of another code at {STATES} random states of
+each: angles and displacements within ±1 rad or m, rates within ±1 rad/s or m/s. The difference is the largest one of
+all states, of the largest acceleration in the state; of free bodies, that of the centre of mass counts too. Friction
+and limits of joints are left out on both sides, damping and armatures are not.
 
 """
 TITLES = ("URDF beside Pinocchio", "MJCF beside MuJoCo")
 TEXTS = (
-    "Pinocchio's articulated-body algorithm. Joints that mimic others are eliminated from its matrices. Joints that move\n"
-    "nothing with mass are locked there, and bodies with an inertia that none can have get that of the mechanism file.",
+    "Pinocchio's articulated-body algorithm. Joints that mimic others are eliminated from its matrices. Joints that\n"
+    "move nothing with mass are locked there, and bodies with an inertia that none can have get that of the mechanism\n"
+    "file.",
     "MuJoCo's accelerations without contacts, fluid and equalities.",
 )

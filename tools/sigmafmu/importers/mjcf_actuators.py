@@ -1,4 +1,4 @@
-"""Actuators of MJCF: force = gear (gain command + b0 + b1 length + b2 rate) on a joint, length = gear times coordinate."""
+"""Actuators of MJCF: force = gear (gain command + b0 + b1 length + b2 rate) on a joint, length = gear coordinate."""
 
 from __future__ import annotations
 

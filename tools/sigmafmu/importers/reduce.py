@@ -6,7 +6,6 @@ dynamics: what lies on the axis of a hinge moves with the bodies on both sides o
 can be taken from the one and given to the other. Two slides one after the other become a planar joint.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -173,20 +172,24 @@ def _replace(robot: Robot, planar: Joint, old: list[Joint]) -> None:
 
 
 def give_mass(robot: Robot) -> None:
-    """Massless bodies between joints get mass from their neighbours, from the ends of the tree on."""
+    """Massless bodies between joints get mass, from the ends of the tree on."""
     for joint in reversed(list(robot.tree())):
         body = robot.bodies[joint.bodies[1]]
         if body.inertia.mass > 0:
             continue
-        ways: list[Callable[[], Inertia | None]] = [
-            *(lambda after=after: _from_child(robot, after) for after in _carried(robot, body.name)),
-            lambda: _from_parent(robot, joint),
-            lambda: _turning(robot, joint, _carried(robot, body.name)),
-        ]
-        body.inertia = next((found for way in ways if (found := way())), None) or _last_resort(robot, body)
+        body.inertia = _without_a_change(robot, joint, body) or _last_resort(robot, body)
         body.inertia_axes = None
         if body.name not in robot.changed:
             body.comment = "without mass in the description; a rod on a hinge's axis, taken from a neighbour"
+
+
+def _without_a_change(robot: Robot, joint: Joint, body: Body) -> Inertia | None:
+    """What a massless body after a joint can get without any change of the dynamics."""
+    after = _carried(robot, body.name)
+    for following in after:
+        if found := _from_child(robot, following):
+            return found
+    return _from_parent(robot, joint) or _turning(robot, joint, after)
 
 
 def _from_child(robot: Robot, after: Joint) -> Inertia | None:

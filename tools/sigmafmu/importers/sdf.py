@@ -9,6 +9,7 @@ import numpy as np
 from sigmafmu.importers.inertia import Inertia, Pose
 from sigmafmu.importers.meshes import Meshes
 from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape, start_within_limits
+from sigmafmu.importers.shapes import shape_keys
 from sigmafmu.importers.xml import Element, axes_with_z, color_of, pose_of_rpy
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.kinds import nearest
@@ -156,32 +157,13 @@ class _Model:
             form = next(geometry.children(), None) if geometry is not None else None
             if form is None:
                 continue
-            keys: dict[str, Any]
-            if form.tag == "box":
-                keys = {"box": _value(form, "size", 3, "1 1 1")}
-            elif form.tag == "sphere":
-                keys = {"sphere": float(_value(form, "radius", 1, "1")[0])}
-            elif form.tag in ("cylinder", "capsule"):
-                sizes = {
-                    tag: float(_value(form, tag, 1, default)[0])
-                    for tag, default in (("radius", "0.5"), ("length", "1"))
-                }
-                keys = {"cylinder": sizes}
-            elif form.tag == "mesh" and (uri := form.child("uri")) is not None:
-                keys = {"mesh": self.meshes.path(uri.text())}
-                scale = _value(form, "scale", 3, "1 1 1")
-                if np.ptp(scale) > 1e-9 or scale[0] <= 0:
-                    self.robot.tell(
-                        f"{link.get('name')}: the scale of a mesh differs by axis, here it is {abs(scale[0]):g}"
-                    )
-                if abs(scale[0]) != 1:
-                    keys["scale"] = abs(float(scale[0]))
-            else:
-                self.robot.tell(f"shapes of the kind {form.tag}")
+            uri = form.child("uri") if form.tag == "mesh" else None
+            keys = shape_keys(form, uri.text() if uri else "", _value, self.meshes, self.robot, link.get("name"))
+            if keys is None:
                 continue
             material = element.child("material")
             if material is not None and (color := material.child("diffuse")) is not None:
-                keys["color"] = color_of(np.array([float(x) for x in color.text().split()[:3]]))
+                keys["color"] = color_of(color.parsed(color.text(), 4, "<diffuse>"))
             yield Shape(keys, _pose(element)[1])
 
     def _known(self, element: Element) -> bool:
@@ -203,7 +185,8 @@ class _Model:
         axes, comment, keys = np.eye(3), "", {}
         if TYPES[kind] not in ("fixed", "spherical"):
             axes = self._axes(element, kind, at)
-            comment = f"axis [{', '.join(f'{x:.6g}' for x in at.R.T @ axes[:, 2 if kind != 'universal' else 1] + 0.0)}] of the joint"
+            axis = at.R.T @ axes[:, 1 if kind == "universal" else 2]
+            comment = f"axis [{', '.join(f'{x:.6g}' for x in axis + 0.0)}] of the joint"
             for tag, number in (("axis", "1"), ("axis2", "2")) if kind == "universal" else (("axis", ""),):
                 keys |= {key + number: value for key, value in self._acting(element.child(tag), name, kind).items()}
         frame = Pose(at.p, axes)

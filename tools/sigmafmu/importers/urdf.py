@@ -8,6 +8,7 @@ import numpy as np
 from sigmafmu.importers.inertia import Inertia, Pose
 from sigmafmu.importers.meshes import Meshes
 from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot, Shape, start_within_limits
+from sigmafmu.importers.shapes import shape_keys
 from sigmafmu.importers.xml import Element, axes_with_z, color_of, pose_of_rpy
 from sigmafmu.mechanism_file.kinds import nearest
 
@@ -95,31 +96,14 @@ def _shapes(link: Element, robot: Robot, meshes: Meshes, colors: dict[str, str])
         form = next(geometry.children(), None) if geometry is not None else None
         if form is None:
             continue
-        keys: dict[str, Any]
-        if form.tag == "box":
-            keys = {"box": form.numbers("size", 3)}
-        elif form.tag == "sphere":
-            keys = {"sphere": form.number("radius")}
-        elif form.tag in ("cylinder", "capsule"):
-            keys = {"cylinder": {"radius": form.number("radius"), "length": form.number("length")}}
-        elif form.tag == "mesh":
-            keys = {"mesh": meshes.path(form.get("filename"))}
-            scale = form.numbers("scale", 3, "1 1 1")
-            if np.ptp(scale) > 1e-9 or scale[0] <= 0:
-                robot.tell(f"{link.get('name')}: the scale of a mesh differs by axis, here it is {abs(scale[0]):g}")
-            if abs(scale[0]) != 1:
-                keys["scale"] = abs(scale[0])
-        else:
-            robot.tell(f"shapes of the kind {form.tag}")
+        uri = form.get("filename") if form.tag == "mesh" else ""
+        keys = shape_keys(form, uri, Element.numbers, meshes, robot, link.get("name"))
+        if keys is None:
             continue
         material = element.child("material")
         if material is not None and (color := _color(material, colors)):
             keys["color"] = color
-        sizes = [*np.atleast_1d(keys.get("box", 1)), keys.get("sphere", 1), *keys.get("cylinder", {}).values()]
-        if min(sizes) > 0:
-            yield Shape(keys, _origin(element))
-        else:
-            robot.tell(f"{link.get('name')}: a shape without size")
+        yield Shape(keys, _origin(element))
 
 
 def _color(material: Element, known: dict[str, str]) -> str:

@@ -63,8 +63,8 @@ def assemble(
     """The definition at a start with the coordinates and rates of the file, its mechanism, and what had to move for it.
 
     `make` is the mechanism of a definition. Where joints do not close from the bodies' places, other starts along the
-    tree are tried, and that which moves least is taken. Raises ValueError or RuntimeError with the core's sentence, which
-    names the joints that cannot close and by how much.
+    tree are tried, and that which moves least is taken. Raises ValueError or RuntimeError with the core's sentence,
+    which names the joints that cannot close and by how much.
     """
     mechanism = make(content)
     try:

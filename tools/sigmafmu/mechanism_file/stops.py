@@ -20,7 +20,7 @@ PERIOD = 0.02
 DIGITS = 2
 """Of the stiffness: nobody should take it for exact."""
 HELD = 1e-10
-"""Acceleration per force, of what free bodies would have: that of a coordinate that cannot move, which needs no stop."""
+"""Acceleration per force, of that of free bodies: with less a coordinate cannot move, and needs no stop."""
 
 
 def with_stiff_stops(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> Json:

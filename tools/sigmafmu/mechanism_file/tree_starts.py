@@ -1,10 +1,10 @@
 """Other places to begin from when joints do not close from where the file has the bodies.
 
-Newton's method finds the way from rough places, but not from everywhere: bodies that are turned by much end with an axis
-the wrong way round. Along a tree of joints every body can be hung on its parent exactly, with the coordinates that come
-nearest to its rough place, so that only the other joints of the loops are open. Which joints make the tree is a choice:
-the first ones of the file, the last ones, and those that begin in the middle. Two more starts are bent by a radian to and
-fro: what lies in a line may have nowhere to go.
+Newton's method finds the way from rough places, but not from everywhere: bodies that are turned by much end with an
+axis the wrong way round. Along a tree of joints every body can be hung on its parent exactly, with the coordinates that
+come nearest to its rough place, so that only the other joints of the loops are open. Which joints make the tree is a
+choice: the first ones of the file, the last ones, and those that begin in the middle. Two more starts are bent by a
+radian to and fro: what lies in a line may have nowhere to go.
 """
 
 from collections.abc import Iterator, Mapping
