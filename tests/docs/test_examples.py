@@ -59,7 +59,7 @@ FAILS = {"sigmafmu check Wrong.yaml"}
 FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat"}
 """An --output with another ending is a variable."""
 
-RUN = {"python", "yaml", "text"}
+RUN = {"python", "yaml", "xml", "text"}
 """Languages of blocks that are run, written to a file, or compared with what was printed."""
 
 APPS = {"sigmafmu": sigmafmu, "python -m research": research}
@@ -130,8 +130,10 @@ def test_examples_of(page, tmp_path, monkeypatch):
         elif block.language == "text":  # what the commands before it print
             for line in block.text.splitlines():
                 assert line in printed, f"{block.name}: {line}\n{printed}"
-        elif file := re.match(r"# (\w+\.(py|yaml))\b", block.text):
+        elif file := re.match(r"(?:#|<!--) (\w+\.(py|yaml|urdf))\b", block.text):
             Path(file[1]).write_text(block.text, encoding="utf-8")
+        elif part := re.match(r"# of (\w+\.yaml)\n", block.text):  # what a command before has written
+            assert block.text[part.end() :] in Path(part[1]).read_text(encoding="utf-8"), block.name
         else:
             exec(compile(block.text, block.name, "exec"), variables)
     if page == "README.md":  # "one number starts a mechanism: the crank at 10 rad/s"

@@ -14,12 +14,12 @@ class Meshes:
         self.missing: list[str] = []
 
     def path(self, uri: str) -> str:
-        """The path from the mechanism file; of a mesh that is not found, what the description says of it."""
+        """The path from the mechanism file; empty: the mesh is not found."""
         for place in self._places(uri):
             if place.is_file():
                 return os.path.relpath(place, self.folder).replace(os.sep, "/")
         self.missing.append(uri)
-        return uri
+        return ""
 
     def _places(self, uri: str) -> list[Path]:
         scheme = next((scheme for scheme in SCHEMES if uri.startswith(scheme)), "")
@@ -39,4 +39,4 @@ class Meshes:
         if not self.missing:
             return []
         shown = ", ".join(self.missing[:3]) + (", ..." if len(self.missing) > 3 else "")
-        return [f"meshes that were not found: {len(self.missing)}, {shown}"]
+        return [f"meshes that were not found, not drawn: {len(self.missing)}, {shown}"]

@@ -52,13 +52,14 @@ def _shapes(m: mujoco.MjModel, g: int, robot: Robot, meshes: Meshes) -> Iterator
         keys = {"box": [2 * x for x in size]}
     elif kind == kinds.mjGEOM_MESH:
         mesh = int(m.geom_dataid[g])
-        path = _path(m, mesh)
-        if not path:
+        uri = _path(m, mesh)
+        if not uri:
             robot.tell("meshes without a file")
+        if not uri or not (path := meshes.path(uri)):
             return
         # the compiler has moved the mesh into its principal axes
         moved = Pose(np.array(m.mesh_pos[mesh]), rotations.matrix(np.array(m.mesh_quat[mesh])))
-        place, keys = place @ moved.inverse(), {"mesh": meshes.path(path)}
+        place, keys = place @ moved.inverse(), {"mesh": path}
         scale = np.abs(m.mesh_scale[mesh])
         if np.ptp(m.mesh_scale[mesh]) > 1e-9 or scale[0] != m.mesh_scale[mesh][0]:
             robot.tell(f"the scale of a mesh differs by axis, here it is {scale[0]:g}")

@@ -29,10 +29,12 @@ def shape_keys(
     elif form.tag in ("cylinder", "capsule"):
         keys = {"cylinder": {"radius": number("radius", "0.5"), "length": number("length", "1")}}
     elif form.tag == "mesh" and uri:
-        scale = numbers(form, "scale", 3, "1 1 1")
+        path, scale = meshes.path(uri), numbers(form, "scale", 3, "1 1 1")
+        if not path:
+            return None
         if np.ptp(scale) > 1e-9 or scale[0] <= 0:
             robot.tell(f"{link}: the scale of a mesh differs by axis, here it is {abs(scale[0]):g}")
-        keys = {"mesh": meshes.path(uri)} | ({"scale": abs(scale[0])} if abs(scale[0]) != 1 else {})
+        keys = {"mesh": path} | ({"scale": abs(scale[0])} if abs(scale[0]) != 1 else {})
     else:
         robot.tell(f"shapes of the kind {form.tag}")
         return None
