@@ -39,9 +39,9 @@ forces:
   oil: {type: bearing, bodies: [ground, b], point: [1, 0, 0], stiffness: [1, 2, 3], cross_stiffness: [1, -1]}
   air: {type: drag, body: d, point: [3, 0, 1], coefficient: [1, 1, 1]}
   jet: {type: follower_force, body: d, point: [3, 0, 1], force: [1, 0, 0]}
-  floor: {type: plane_contact, bodies: [ground, d], point: [0, 0, -9], normal: [0, 0, 1], point2: [3, 0, 1], radius: 1}
+  sole: {type: plane_contact, bodies: [ground, d], point: [0, 0, -9], normal: [0, 0, 1], point2: [3, 0, 0], radius: 1}
   balls: {type: sphere_contact, bodies: [a, d], point1: [0, 0, 0], point2: [3, 0, 1], radius1: 0.1, radius2: 0.1}
-  feet: {type: cloud_contact, bodies: [ground, a], point: [0, 0, -9], normal: [0, 0, 1], points2: [[0, 0, 0]], radius: 1}
+  s: {type: cloud_contact, bodies: [ground, a], point: [0, 0, -9], normal: [0, 0, 1], points2: [[0, 0, 0]], radius: 1}
   four: {type: spring_damper, bodies: [ground, a], point1: [1, 0, 0], point2: [0, 0, 0], stiffness: [1, 1, 1]}
 loads: {push: {body: a, force: [0, 0, 1]}}
 couplings:

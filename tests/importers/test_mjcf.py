@@ -186,7 +186,8 @@ def test_what_is_not_in_the_file_is_told(tmp_path):
         + '<body name="m" mocap="true"><geom size="0.1"/></body>',
         "<actuator>"
         '<motor name="m1" joint="one" gear="3"/><position name="p1" joint="one" kp="2"/>'
-        '<general name="g1" joint="one" dyntype="none" gaintype="affine" gainprm="1 1 1"/></actuator>'
+        '<general name="g1" joint="one" dyntype="none" gaintype="affine" gainprm="1 1 1"/>'
+        '<intvelocity name="g2" joint="one" kp="3" actrange="-1 1"/></actuator>'
         '<sensor><jointpos joint="one"/></sensor><keyframe><key qpos="0.1"/></keyframe>'
         '<option density="1.2"/>',
     )
@@ -198,7 +199,7 @@ def test_what_is_not_in_the_file_is_told(tmp_path):
         "m: moved from outside in MuJoCo, is fixed",
         "motors, whose forces are inputs of joints: m1 (3 x its command at one)",
         "servos, which are springs and dampers with their command in `rest`: p1 at one",
-        "other actuators: g1",
+        "other actuators: g1, g2",
         "contacts",
         "forces of a fluid",
         "sensors",

@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 from typing import NamedTuple
 
-from research.robots import STATES, Compared, with_mujoco, with_pinocchio
+from research.robots import STATES, Compared, humanoid, with_mujoco, with_pinocchio
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
 from sigmafmu.importers.convert import convert
@@ -112,7 +112,8 @@ def page(on_row: Callable[[], None]) -> str:
             rows.append(measure(*run))
             on_row()
         parts.append(f"## {title}\n\n{text}\n\n{markdown_table(HEADER, rows)}")
-    return INTRODUCTION + "\n".join(parts)
+    (path,) = (path for name, path in descriptions(PACKAGES[0]) if name == humanoid.ROBOT)
+    return INTRODUCTION + "\n".join([*parts, humanoid.section(path)])
 
 
 INTRODUCTION = f"""# Robots that were converted

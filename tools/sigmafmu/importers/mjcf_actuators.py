@@ -20,7 +20,8 @@ def add_actuators(m: mujoco.MjModel, names: Names, robot: Robot) -> None:
     for a in range(m.nu):
         name = m.actuator(a).name or f"actuator{a}"
         on_joint = mujoco.mjtTrn(m.actuator_trntype[a]) == mujoco.mjtTrn.mjTRN_JOINT
-        plain = m.actuator_gaintype[a] == mujoco.mjtGain.mjGAIN_FIXED
+        direct = m.actuator_dyntype[a] == mujoco.mjtDyn.mjDYN_NONE
+        plain = direct and m.actuator_gaintype[a] == mujoco.mjtGain.mjGAIN_FIXED
         bias = mujoco.mjtBias(m.actuator_biastype[a])
         b0, b1, b2 = (
             (float(x) for x in m.actuator_biasprm[a][:3]) if bias == mujoco.mjtBias.mjBIAS_AFFINE else (0, 0, 0)

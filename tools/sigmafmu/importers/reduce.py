@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from sigmafmu.importers.inertia import Inertia, Pose, nearest_possible, rod
-from sigmafmu.importers.robot import GROUND, Body, Coupling, Joint, Robot
+from sigmafmu.importers.robot import GROUND, Body, Coupling, DescriptionError, Joint, Robot
 from sigmafmu.mechanism_file.table.coordinates import PLANE
 
 PERPENDICULAR = 1e-9
@@ -30,6 +30,9 @@ def reduce(robot: Robot) -> None:
     drop_massless_ends(robot)
     join_slides(robot)
     give_mass(robot)
+    for body in robot.bodies.values():
+        if not body.inertia.mass > 0:
+            raise DescriptionError(f"{robot.source}: {body.name} is free and has no mass; it must have some")
     for body in robot.bodies.values():
         make_possible(robot, body)
 
