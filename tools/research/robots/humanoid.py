@@ -80,8 +80,8 @@ def section(path: Path) -> str:
     gap = float(np.abs(found["fmu"].position - found["exudyn"].position).max())
     text = (
         f"`{ROBOT}`: {bodies} bodies, {hinges} hinges, a free pelvis. It falls\n"
-        f"with random rates of its joints, without damping, friction and limits, for {STEPS} steps of {H:g} s; default\n"
-        "settings here, Exudyn with modified Newton and its sparse solver. After that a body in our FMU is\n"
+        f"with random rates of its joints, without damping, friction and limits, for {STEPS} steps of {H:g} s;\n"
+        "default settings here, Exudyn with modified Newton and its sparse solver. After that a body in our FMU is\n"
         f"{gap:.1e} m from where Exudyn has it."
     )
     return f"## A humanoid\n\n{text}\n\n{markdown_table(('what', 'takes'), costs)}"
