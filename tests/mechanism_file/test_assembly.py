@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from sigmafmu import _core
@@ -96,6 +97,54 @@ def test_the_change_is_that_of_kinetic_energy_in_a_second():
     start = {"bodies": [body | {"position": [0, 0, 0], "orientation": {"quaternion": [1, 0, 0, 0]}}]}
     end = {"bodies": [body | {"position": v.tolist(), "orientation": {"quaternion": turned}}]}
     assert change(start, end) == pytest.approx(3 * v @ v + w @ J @ w, rel=1e-12)
+
+
+def places(bodies: list, q: np.ndarray) -> dict:
+    """A definition with its bodies at q, as far as `change` reads it."""
+    found = []
+    for i, body in enumerate(bodies):
+        position, quaternion = q[7 * i : 7 * i + 3].tolist(), q[7 * i + 3 : 7 * i + 7].tolist()
+        found.append(body | {"position": position, "orientation": {"quaternion": quaternion}})
+    return {"bodies": found}
+
+
+def test_a_hinge_moves_its_bar_by_the_least():
+    """m |p - (c cos a, c sin a)|^2 + J (a - a0)^2 is the least: a is a root of its derivative."""
+    m, J, c, p, a0 = 2.0, 0.3, 0.5, np.array([0.7, 0.4, 0.0]), 0.2
+    file = load_text(
+        f"sigmafmu: 1\nname: Bar\nbodies:\n  bar: {{mass: {m}, inertia: [0.1, 0.3, {J}], "
+        f"position: {p.tolist()}, orientation: {{rotation_vector: [0, 0, {a0}]}}}}\n"
+        "joints:\n  hinge: {type: revolute, bodies: [ground, bar], frame1: {}, "
+        f"frame2: {{position: [{-c}, 0, 0]}}}}\n",
+        "bar.yaml",
+    )
+    slope = lambda a: m * c * (p[0] * np.sin(a) - p[1] * np.cos(a)) + J * (a - a0)  # noqa: E731
+    expected = brentq(slope, 0, 1, xtol=1e-14)
+    q, _ = _core.assemble(file.mechanism.multibody)
+    np.testing.assert_allclose(q[:3], [c * np.cos(expected), c * np.sin(expected), 0], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops_move_by_the_least(name):
+    """No way that the joints allow makes the change smaller."""
+    definition = load(LIBRARY / f"{name}.yaml").definition
+    rough = roughly(definition, 0, 0.1, 0.05)
+    q0 = []
+    for body in definition["bodies"]:
+        place = rough(body)  # in the order in which in_frames asks
+        q0 += [*place["position"], *place["orientation"]["quaternion"]]
+    file = load_text(json.dumps(in_frames(definition, roughly(definition, 0, 0.1, 0.05))), "rough.yaml")
+    system = _core.System(file.mechanism.multibody)
+    q, v = _core.assemble(file.mechanism.multibody)
+    start = places(definition["bodies"], np.array(q0))
+    least = change(start, places(definition["bodies"], q))
+    _, values, rows = np.linalg.svd(system.constraints(q, 0 * v)[2])
+    free = rows[np.sum(values > 1e-7 * values[0]) :]
+    assert len(free) > 0
+    for direction in free:
+        for way in (1e-3, -1e-3):
+            moved = system.project_positions(system.compose(q, way * direction))
+            assert change(start, places(definition["bodies"], moved)) > least * (1 - 1e-7)
 
 
 def bars(*lengths: float) -> str:

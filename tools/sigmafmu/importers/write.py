@@ -166,9 +166,7 @@ def orientation(R: np.ndarray) -> str:
     if np.abs(R - np.eye(3)).max() <= ROUNDING:
         return ""
     q = rotations.quaternion(R)
-    sine = float(np.linalg.norm(q[1:]))
-    vector = 2 * math.atan2(sine, q[0]) / sine * q[1:]
-    candidates = (("rotation_vector", vector), ("rpy", _rpy(R)))
+    candidates = (("rotation_vector", rotations.vector(q)), ("rpy", _rpy(R)))
     for key, angles in candidates:  # those with degrees that are whole numbers are the easiest to read
         degrees = np.degrees(angles)
         whole = np.round(degrees)

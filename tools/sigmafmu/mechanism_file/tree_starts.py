@@ -39,10 +39,7 @@ def change(before: Json, after: Json) -> float:
         if "mass" not in one:
             continue
         shift = np.subtract(two["position"], one["position"])
-        turned = rotations.matrix(_quaternion(one)).T @ rotations.matrix(_quaternion(two))
-        q = rotations.quaternion(turned)
-        sine = float(np.linalg.norm(q[1:]))
-        psi = 2 * np.arctan2(sine, q[0]) / sine * q[1:] if sine > 0 else np.zeros(3)
+        psi = rotations.vector(rotations.product(_quaternion(one) * [1, -1, -1, -1], _quaternion(two)))
         J = one["inertia"]
         matrix = np.array([[J["xx"], J["xy"], J["xz"]], [J["xy"], J["yy"], J["yz"]], [J["xz"], J["yz"], J["zz"]]])
         total += one["mass"] * float(shift @ shift) + float(psi @ matrix @ psi)
