@@ -246,5 +246,14 @@ def test_meshes_are_where_they_were(tmp_path):
         np.testing.assert_allclose(R, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-6)
 
 
+def test_what_mujoco_warns_of_is_told_and_not_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = model(body("a", hinge("one"))).replace("<compiler ", '<compiler settotalmass="3" ')
+    content, made, _ = converted(tmp_path, text)
+    assert "settotalmass" in told(made, "MuJoCo warns")
+    assert content["bodies"]["a"]["mass"] == pytest.approx(3)
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]
+
+
 def test_what_mujoco_refuses(tmp_path):
     assert "MuJoCo refuses it" in refusal(tmp_path, "<mujoco><worldbody><body/><bodi/></worldbody></mujoco>")

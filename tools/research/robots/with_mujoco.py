@@ -18,7 +18,7 @@ from research.robots import (
     without_one_sided,
 )
 from sigmafmu.importers.convert import convert
-from sigmafmu.importers.mjcf import Names
+from sigmafmu.importers.mjcf import Names, compiled
 from sigmafmu.importers.robot import Robot, valid_name
 
 
@@ -53,7 +53,7 @@ class Reference:
         import mujoco
 
         self.content = content
-        self.model = m = mujoco.MjModel.from_xml_path(str(path))
+        self.model = m = compiled(path)[0]
         self.data = mujoco.MjData(m)
         m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         m.opt.density = m.opt.viscosity = 0

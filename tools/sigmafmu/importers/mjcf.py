@@ -38,13 +38,10 @@ LARGEST_STEP = 1e-3
 
 def read_mjcf(path: Path, meshes: Meshes) -> Robot:
     """The robot of a file; DescriptionError: MuJoCo refuses it."""
-    import mujoco
-
-    try:
-        m = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise DescriptionError(f"{path}: MuJoCo refuses it: {one_line(str(error))}") from error
+    m, warnings = compiled(path)
     robot = Robot(bytes(m.names).split(b"\0", 1)[0].decode() or path.stem, path.name)
+    for text in warnings:
+        robot.tell(f"MuJoCo warns: {text}")
     robot.gravity = [float(x) for x in m.opt.gravity]
     robot.step_size = min(float(m.opt.timestep), LARGEST_STEP)
     names = Names(m)
@@ -58,6 +55,20 @@ def read_mjcf(path: Path, meshes: Meshes) -> Robot:
     for text in meshes.tell():
         robot.tell(text)
     return robot
+
+
+def compiled(path: Path) -> tuple[mujoco.MjModel, list[str]]:
+    """MuJoCo's model of a file, and what it warns of, which it would write into a file here."""
+    import mujoco
+
+    warnings: list[str] = []
+    mujoco.set_mju_user_warning(lambda text: warnings.append(one_line(text)))
+    try:
+        return mujoco.MjModel.from_xml_path(str(path)), warnings
+    except ValueError as error:
+        raise DescriptionError(f"{path}: MuJoCo refuses it: {one_line(str(error))}") from error
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 class Names:
