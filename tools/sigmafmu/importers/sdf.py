@@ -105,16 +105,18 @@ class _Model:
             raise joint.error(f"joint {joint.get('name')} has no <{tag}>; it must have one")
         return end.text()
 
-    def _in_model(self, name: str, element: Element, seen: tuple[str, ...] = ()) -> Pose:
+    def _in_model(self, name: str, element: Element) -> Pose:
         """A frame's pose in the model's frame."""
-        if name == MODEL:
-            return Pose()
-        if name not in self.frames:
-            raise element.error(f"there is no frame {name}; {nearest(name, self.frames)}")
-        if name in seen:
-            raise element.error(f"the frame {name} is relative to itself; frames must end at the model")
-        relative, pose, at = self.frames[name]
-        return self._in_model(relative, at, (*seen, name)) @ pose
+        pose, seen = Pose(), {MODEL}
+        while name != MODEL:
+            if name not in self.frames:
+                raise element.error(f"there is no frame {name}; {nearest(name, self.frames)}")
+            if name in seen:
+                raise element.error(f"the frame {name} is relative to itself; frames must end at the model")
+            seen.add(name)
+            name, relative, element = self.frames[name]
+            pose = relative @ pose
+        return pose
 
     def _link_of(self, name: str, element: Element) -> str:
         """The link to which a frame is attached; empty: the world."""
