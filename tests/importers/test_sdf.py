@@ -153,6 +153,23 @@ def test_shapes_and_springs(tmp_path):
     assert (content["joints"]["j"]["stiffness"], content["joints"]["j"]["rest"]) == (5, 0.2)
 
 
+@pytest.mark.parametrize(
+    ("limits", "expected", "sentence"),
+    [
+        ("<lower>-1</lower><upper>2</upper>", [-1, 2], None),
+        ("<lower>-1e16</lower><upper>1e16</upper>", None, None),
+        ("<lower>-inf</lower><upper>inf</upper>", None, None),
+        ("<lower>-1</lower>", None, "limits of one side"),
+        ("<lower>1</lower><upper>1</upper>", None, "j: limits from 1 to 1 leave it no room"),
+    ],
+)
+def test_limits(tmp_path, limits, expected, sentence):
+    text = sdf(link("a"), joint("j", "revolute", "world", "a", axis_more=f"<limit>{limits}</limit>"))
+    content, made, _ = converted(tmp_path, text)
+    assert content["joints"]["j"].get("limits") == expected
+    assert made.told == ([sentence] if sentence else [])
+
+
 BAD = {
     "no model": ("<sdf/>", ":1: there are 0 models that may move; it must be one"),
     "no link": (sdf(), ":1: there is no link; a model has at least one"),

@@ -149,13 +149,16 @@ def _joint(m: mujoco.MjModel, j: int, name: str, bodies: tuple[str, str], place:
     if m.jnt_limited[j]:
         keys["limits"] = [float(x) for x in m.jnt_range[j]]
         start_within_limits(robot, name, keys)
-    if np.any(getattr(m, "jnt_stiffnesspoly", np.zeros(m.njnt))[j]) or np.any(
-        getattr(m, "dof_dampingpoly", np.zeros(m.nv))[dof]
-    ):
+    if np.any(_later(m, "jnt_stiffnesspoly", m.njnt)[j]) or np.any(_later(m, "dof_dampingpoly", m.nv)[dof]):
         robot.tell(f"{name}: what is not linear of its stiffness and damping")
     axis = ", ".join(f"{x:.6g}" for x in m.jnt_axis[j] + 0.0)
     comment = f"axis [{axis}] of {bodies[1]}"
     return Joint(name, "revolute" if turns else "prismatic", bodies, (place @ frame @ back, frame), keys, comment)
+
+
+def _later(m: mujoco.MjModel, name: str, count: int) -> np.ndarray:
+    """An array that only later versions of MuJoCo have: zeros before."""
+    return getattr(m, name, np.zeros(count))
 
 
 def _ends(m: mujoco.MjModel, e: int, names: Names) -> tuple[tuple[str, str], tuple[Pose, Pose]]:
@@ -274,7 +277,8 @@ def _tendons(m: mujoco.MjModel, names: Names, robot: Robot) -> None:
             robot.forces.append(Force(name, "line_spring", *ends, keys))
         elif acts:
             robot.tell(f"{name}: stiffness and damping of a tendon")
-        if m.tendon_limited[t] or m.tendon_frictionloss[t] or m.tendon_armature[t]:
+        armature = _later(m, "tendon_armature", m.ntendon)[t]
+        if m.tendon_limited[t] or m.tendon_frictionloss[t] or armature:
             robot.tell(f"{name}: limits, friction and armature of a tendon")
 
 

@@ -236,7 +236,9 @@ class _Model:
                 keys["rest"] = rest
         if (limit := axis.child("limit")) is not None and kind != "continuous":
             low, high = (_limit(limit, tag, sign) for tag, sign in (("lower", -1), ("upper", 1)))
-            if max(-low, high) < UNLIMITED:
+            if not low < high:
+                self.robot.tell(f"{name}: limits from {low:g} to {high:g} leave it no room")
+            elif max(-low, high) < UNLIMITED:
                 keys["limits"] = [low, high]
                 start_within_limits(self.robot, name, keys)
             elif min(-low, high) < UNLIMITED:
