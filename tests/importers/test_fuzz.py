@@ -20,7 +20,7 @@ VALUE = re.compile(r'(?<=")[^"<>=]*(?=")|(?<=>)[^<>\s][^<>]*(?=<)')
 """An attribute's value, or what is between tags."""
 
 same = settings(
-    max_examples=150, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+    max_examples=80, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
 )
 every_kind = pytest.mark.parametrize("kind", TEXTS)
 

@@ -231,6 +231,21 @@ def test_names_become_names_of_a_mechanism_file(tmp_path):
     assert told(made, "other names") == "other names: 1 arm is _1_arm, 1 arm is _1_arm_joint"
 
 
+def test_names_do_not_break_comments_and_texts(tmp_path):
+    name = 'a\u2028b: "x" \u0085 #\\'
+    quoted = name.replace('"', "&quot;")
+    visual = f'<visual><geometry><mesh filename="{quoted}.stl"/></geometry></visual>'
+    (tmp_path / f"{name}.stl").touch()
+    text = robot(
+        '<link name="world"/>', link(quoted, more=visual), link("tip"),
+        joint("one", "continuous", "world", quoted), joint("hold", "fixed", quoted, "tip"),
+    )  # fmt: skip
+    content, _, file = converted(tmp_path, text)
+    (body,) = content["bodies"].values()
+    assert body["shapes"] == [{"mesh": f"{name}.stl"}]
+    assert degrees(file) == 1
+
+
 BAD = {
     "no XML": ("<robot", ":1: is no XML"),
     "another root": ("<house/>", ":1: the root is <house>; it must be <robot> (URDF), <mujoco> (MJCF) or <sdf>"),

@@ -1,5 +1,6 @@
 """Writes a robot as a mechanism file that people can read and edit."""
 
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 from sigmafmu.importers.inertia import Pose
 from sigmafmu.importers.robot import Body, Force, Joint, Robot
 from sigmafmu.mechanism_file import rotations
+from sigmafmu.mechanism_file.problems import one_line
 
 DIGITS = 15
 """Of numbers: more would be rounding."""
@@ -31,7 +33,7 @@ def mechanism_text(robot: Robot) -> str:
 
 
 def _lines(robot: Robot) -> Iterator[str]:
-    yield f"# Made by sigmafmu convert of {robot.source}."
+    yield f"# Made by sigmafmu convert of {one_line(robot.source)}."
     if robot.told:
         yield "# What is different, or not here:"
         for text in robot.told:
@@ -68,7 +70,7 @@ def _more(keys: Mapping[str, Any]) -> str:
 def _wrapped(text: str, begin: str) -> Iterator[str]:
     """Lines of a comment."""
     line = begin
-    for word in text.split():
+    for word in one_line(text).split():
         if len(line) + 1 + len(word) > WIDTH:
             yield line
             line = "#" + " " * (len(begin) - 1)
@@ -118,7 +120,7 @@ def _place(pose: Pose) -> dict[str, str]:
 def _between(element: Joint | Force) -> Iterator[str]:
     """A joint or a force between frames of two bodies."""
     yield f"  {element.name}:"
-    yield f"    type: {element.type}{f' # {element.comment}' if element.comment else ''}"
+    yield f"    type: {element.type}{f' # {one_line(element.comment)}' if element.comment else ''}"
     yield f"    bodies: [{', '.join(element.bodies)}]"
     frames = [_place(frame) for frame in element.frames]
     if not any(frames):
@@ -151,7 +153,7 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return json.dumps(value, ensure_ascii=not value.isprintable())
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{key}: {_value(inner)}' for key, inner in value.items())} }}"
     if isinstance(value, np.ndarray):
