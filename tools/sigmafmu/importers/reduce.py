@@ -20,6 +20,8 @@ TAKEN = 0.1
 """Part of a body's mass that a massless neighbour gets, if the rest can be a body; else less."""
 SPARE = 1e-3
 """How far the rest's moments stay away from those that no body has, of the largest one; less if they are closer."""
+OF_GROUND = 1e-6
+"""Part of the largest mass that a rod on the axis of a hinge at the ground has."""
 LAST_RESORT = 1e-6
 """Of the neighbour's mass and inertia, where nothing can be taken without a change."""
 
@@ -214,8 +216,10 @@ def _from_parent(robot: Robot, joint: Joint) -> Inertia | None:
 def _rod_of(robot: Robot, hinge: Joint, donor: str, side: int) -> Inertia | None:
     """A rod on a hinge's axis, taken from the body on that side of it; in the frame of the other body."""
     here, there = hinge.frames[side], hinge.frames[1 - side]
-    if donor == GROUND:
-        return rod(1.0, 0.1, there.p, there.R[:, 2])  # it never moves
+    if donor == GROUND:  # a rod that never moves, so light that it does not matter for the centre of mass
+        largest = max((body.inertia for body in robot.bodies.values()), key=lambda inertia: inertia.mass)
+        length = float(np.sqrt(np.trace(largest.J) / largest.mass)) if largest.mass > 0 else 1.0
+        return rod(OF_GROUND * largest.mass or 1.0, length, there.p, there.R[:, 2])
     body = robot.bodies[donor]
     if not body.inertia.mass > 0:
         return None
