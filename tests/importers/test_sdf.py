@@ -5,6 +5,7 @@ import pytest
 
 from research.robots import State
 from sigmafmu import _core
+from sigmafmu.importers.robot import DescriptionError
 
 from .helpers import accelerations_at, converted, degrees, refusal, told
 
@@ -215,6 +216,11 @@ BAD = {
     ),
     "equal names": (sdf(link("a"), link("a")), ":3: the name a is there twice; names must differ"),
 }  # fmt: skip
+
+
+def test_the_base_is_only_asked_of_urdf(tmp_path):
+    with pytest.raises(DescriptionError, match="only asked of URDF"):
+        converted(tmp_path, sdf(link("a")), "free")
 
 
 @pytest.mark.parametrize("case", BAD)

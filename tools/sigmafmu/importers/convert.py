@@ -8,9 +8,6 @@ from sigmafmu.importers.robot import DescriptionError, Robot, rename
 from sigmafmu.importers.write import mechanism_text
 from sigmafmu.importers.xml import read
 
-FORMATS = ("robot", "mujoco", "sdf")
-"""Root elements of URDF, MJCF and SDF."""
-
 
 def convert(path: Path, folder: Path, base: str | None = None) -> tuple[str, Robot]:
     """The text of the mechanism file that is to be in `folder`, and the robot in it; DescriptionError.
@@ -18,6 +15,8 @@ def convert(path: Path, folder: Path, base: str | None = None) -> tuple[str, Rob
     `base` is `fixed` or `free` for the root of a URDF file.
     """
     root, meshes = read(path), Meshes(path, folder)
+    if base and root.tag != "robot":
+        raise root.error("whether the base is fixed is only asked of URDF; MJCF and SDF say it themselves")
     if root.tag == "robot":
         from sigmafmu.importers.urdf import read_urdf
 
