@@ -56,6 +56,9 @@ NO_EXAMPLES = {
 FAILS = {"sigmafmu check Wrong.yaml"}
 """Commands that show what an error looks like."""
 
+NEEDS = {"own-mechanism.md": ("libcosimpy", "ecospy")}
+"""Page → packages that not every platform has."""
+
 FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat"}
 """An --output with another ending is a variable."""
 
@@ -117,6 +120,8 @@ def run_command(command: str) -> str:
 @pytest.mark.parametrize("page", sorted({b.page for b in ALL}))
 def test_examples_of(page, tmp_path, monkeypatch):
     """In order: a block may use what one before it has made."""
+    for package in NEEDS.get(page, ()):
+        pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     if page == "modes.md":
