@@ -94,7 +94,8 @@ test-tsan: build ## run FMU instances in threads under the thread sanitizer
 # The whole Python package with what is compiled under sanitizers: PYTHONPATH puts it before the installed one.
 ASAN_PACKAGE := build/asan/python
 ASAN_QUICK   := tests/fmu/test_flexible.py tests/fmu/test_steps.py \
-                tests/core/test_system.py tests/core/test_joints.py tests/core/test_flexible.py tests/core/test_runs.py
+                tests/core/test_system.py tests/core/test_joints.py tests/core/test_flexible.py tests/core/test_runs.py \
+                tests/core/test_mechanism_fuzz.py
 
 test-asan: build ## run FMU and core tests under the address and undefined-behaviour sanitizers; QUICK=1: some
 	@echo "test-asan: FMUs and Python package with sanitizers and assertions -> $(ASAN_PACKAGE)"

@@ -11,11 +11,13 @@ CASES = [
     ("scipy", "modes check never.json", "modes"),
     ("lxml", "ssp HeavyTop --output never.ssp", "loop"),
     ("pythonfmu", "ssp HeavyTop --output never.ssp", "loop"),
+    ("mujoco", "convert robot.xml", "mjcf"),
 ]
 
 
 @pytest.mark.parametrize(("package", "command", "extra"), CASES)
 def test_the_extra_is_named(tmp_path, package, command, extra):
+    (tmp_path / "robot.xml").write_text("<mujoco/>", encoding="utf-8")
     blocker = f"""
 import importlib.abc, importlib.metadata, sys
 class Blocked(importlib.abc.MetaPathFinder):

@@ -306,7 +306,7 @@ def test_disk_space_of_the_setup():
     venv = ROOT / ".venv"
     if not (venv / ".setup").exists():
         pytest.skip("no private environment")
-    if any(venv.rglob("mujoco/__init__.py")):
+    if any(venv.rglob("pinocchio/__init__.py")):
         pytest.skip("`make bench` has added its packages")
     (claimed,) = re.findall(r"([\d.]+) GB in `\.venv`", prose("README.md"))
     used = sum(path.lstat().st_blocks for path in venv.rglob("*") if not path.is_dir()) * 512

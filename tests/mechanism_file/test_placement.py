@@ -334,7 +334,7 @@ def test_friction_stops_armatures_and_motors():
     found = read(
         HEAD + f"bodies:\n  a: {BAR}\n  b: {BAR}\njoints:\n"
         "  j: {type: revolute, bodies: [ground, a], frame1: {}, friction: 3, creep_rate: 1 deg/s, "
-        "limits: [-90 deg, 1], armature: 2 g cm^2}\n"
+        "limits: [-90 deg, 1], stop_stiffness: 10 kN m, armature: 2 g cm^2}\n"
         "  k: {type: planar, bodies: [a, b], point: [0, 0, 0], normal: [0, 0, 1], displacement_limits2: [0, 1 mm], "
         "displacement_stop_stiffness2: 5 kN/m, displacement_friction1: 2}\n"
         "  l: {type: spherical, bodies: [ground, b], point: [0, 0, 0], motor: true}\n"

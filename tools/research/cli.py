@@ -113,6 +113,19 @@ def linear() -> None:
     typer.echo(page())
 
 
+@app.command(epilog="Example: python -m research robots --output docs/robots.md")
+def robots(
+    output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/robots.md"),
+) -> None:
+    """Convert robots of packages, build their FMUs, compare accelerations with Pinocchio and MuJoCo; minutes."""
+    from research.robots import page
+
+    with progress_bar(err, "robots", len(page.runs()), unit="robots") as move_to:
+        done = iter(range(1, len(page.runs()) + 1))
+        text = page.page(lambda: move_to(next(done)))
+    write_text(output, text)
+
+
 @app.command(epilog="Example: python -m research references --only HeavyTop")
 def references(
     only: Annotated[list[str] | None, typer.Option(help="Make the reference of this model only (repeatable).")] = None,

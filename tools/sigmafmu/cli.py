@@ -20,6 +20,7 @@ from sigmafmu.console import (
     split_setting,
     write_text,
 )
+from sigmafmu.importers.cli import register as register_importers
 from sigmafmu.linear_cli import register as register_linear
 from sigmafmu.loop.cli import register as register_loop
 from sigmafmu.loop.coupling_cli import register as register_coupling
@@ -212,6 +213,7 @@ def compat(
 
 
 register_linear(app)
+register_importers(app)
 register_loop(app)
 register_coupling(app)
 register_mechanism_file(app)

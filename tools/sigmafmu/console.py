@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from typer.core import TyperGroup
 
 from sigmafmu import SigmafmuError, extras
-from sigmafmu.mechanism_file.problems import MechanismFileError
+from sigmafmu.mechanism_file.problems import FileError
 
 if TYPE_CHECKING:
     from sigmafmu import LogMessage
@@ -77,7 +77,7 @@ class OneLineErrors(TyperGroup):
         """Call the command."""
         try:
             return super().invoke(ctx)
-        except MechanismFileError as error:  # lines that editors understand
+        except FileError as error:  # lines that editors understand
             err.print(str(error), markup=False, soft_wrap=True)
             raise typer.Exit(1) from error
         except SigmafmuError as error:

@@ -9,6 +9,7 @@ EXTRAS = {
     "control": "linear",
     "fastparquet": "data",
     "lxml": "loop",
+    "mujoco": "mjcf",
     "pandas": "data",
     "pythonfmu": "loop",
     "scipy": "loop",

@@ -1,17 +1,24 @@
 """The start of a mechanism: coordinates and rates that the file gives hold, all else gives way to the joints."""
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sigmafmu import _core
-from sigmafmu.mechanism_file import rotations
+from sigmafmu.mechanism_file import least_change, rotations
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.structures import Record
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
+from sigmafmu.mechanism_file.tree_starts import change, tree_starts
 
+State = tuple[np.ndarray, np.ndarray]
+"""q and v."""
+
+MOST_BODIES = 100
+"""Of mechanisms for which other starts are tried: what does not close costs the cube of their number."""
 ROUNDING = 1e-9
 """Relative: less has not moved."""
 
@@ -42,30 +49,97 @@ class Wanted:
     is_rate: bool
     turns: bool
 
-    def missed_by(self, x: float) -> bool:
-        """Whether x is another value; whole turns do not count."""
+    def gap(self, x: float) -> float:
+        """From the value to x; whole turns do not count."""
         gap = x - self.value
-        if self.turns and not self.is_rate:
-            gap = np.remainder(gap + np.pi, 2 * np.pi) - np.pi
-        return abs(gap) > ROUNDING * (1 + abs(self.value))
+        return gap if self.is_rate or not self.turns else float(np.remainder(gap + np.pi, 2 * np.pi) - np.pi)
+
+    def missed_by(self, x: float) -> bool:
+        """Whether x is another value."""
+        return abs(self.gap(x)) > ROUNDING * (1 + abs(self.value))
 
 
-def assemble(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, tuple[Move, ...]]:
-    """The definition at a start with the coordinates and rates of the file, and what had to move for it.
+def assemble(
+    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record]
+) -> tuple[Json, Any, tuple[Move, ...]]:
+    """The definition at a start with the coordinates and rates of the file, its mechanism, and what had to move for it.
 
-    `mechanism` is that of the definition, and holds these values afterwards. Raises ValueError or RuntimeError with the
-    core's sentence, which names the joints that cannot close.
+    `make` is the mechanism of a definition. Where joints do not close from the bodies' places, other starts along the
+    tree are tried, and that which moves least is taken; from there the change is made least. Raises ValueError or
+    RuntimeError with the core's sentence, which names the joints that cannot close and by how much.
     """
+    mechanism = make(content)
+    try:
+        start, moved = _assembled(content, mechanism, joints)
+    except RuntimeError as error:
+        start, moved = _from_other_starts(content, make, joints, error)
+    if any(move.position or move.turn for move in _moves(content, *moved)) and least_change.applies(content):
+        start, moved = _from_the_nearest(content, make, joints, (start, moved))
+    return start, make(start), tuple(move for move in _moves(content, *moved) if move.is_any)
+
+
+def _from_other_starts(
+    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record], error: RuntimeError
+) -> tuple[Json, State]:
+    """As assemble(), from where bodies hang along trees; without success the error with the least gap."""
+    found = []
+    for begin in tree_starts(content, joints) if len(content["bodies"]) <= MOST_BODIES else ():
+        try:
+            found.append(_assembled(begin, make(begin), joints))
+        except (ValueError, RuntimeError) as other:
+            if _missing(other) < _missing(error):
+                error = RuntimeError(str(other))
+    if not found:
+        raise error
+    return min(found, key=lambda result: change(content, _at(content, *result[1])))
+
+
+def _from_the_nearest(
+    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record], found: tuple[Json, State]
+) -> tuple[Json, State]:
+    """As assemble(), from the positions nearby that are the nearest to where the file has the bodies."""
+    start, (q, v) = found
+    system = _core.System(make(start).multibody)
+    held = [w for w in _wanted(joints) if not w.is_rate]
+    nearest = least_change.nearest(content, system, q, lambda q: _held_rows(system, held, q))
+    if nearest is None or not change(content, _at(content, nearest, v)) < change(content, _at(content, q, v)):
+        return found
+    bodies = zip(content["bodies"], _at(content, nearest, v)["bodies"], strict=True)
+    places = ("position", "orientation")
+    begin = {**content, "bodies": [old | {key: new[key] for key in places} for old, new in bodies]}
+    try:
+        return _assembled(begin, make(begin), joints)
+    except (ValueError, RuntimeError):  # the least change has an axis the wrong way round
+        return found
+
+
+def _held_rows(system: Any, held: Sequence[Wanted], q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What coordinates of the file miss at q, and their gradients, by rates of unit velocities."""
+    rest = np.zeros(system.velocity_size)
+    if not held:
+        return np.zeros(0), np.zeros((0, len(rest)))
+    values = system.coordinates(q, rest)[0]
+    rates = np.array([system.coordinates(q, unit)[1] for unit in np.eye(len(rest))])
+    return np.array([w.gap(values[w.index]) for w in held]), rates.T[[w.index for w in held]]
+
+
+def _missing(error: Exception) -> float:
+    """What joints miss by, where a message of the core tells it."""
+    match = re.search(r"cannot be closed.* by (\S+) \w+\.$", str(error))
+    return float(match[1]) if match else np.inf
+
+
+def _assembled(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, State]:
+    """From one start: the definition there, and its state."""
     q, v = _core.assemble(mechanism.multibody)
     wanted = list(_wanted(joints))
     reached = _core.System(mechanism.multibody).coordinates(q, v) if wanted else ()
-    before = content
     if any(w.missed_by(reached[w.is_rate][w.index]) for w in wanted):
         for w in wanted:
             mechanism.set(w.parameter, w.value)
         q, v = _core.assemble(mechanism.multibody)
         content = _at(content, q, v)
-    return _with_turns(content, wanted, joints), tuple(move for move in _moves(before, q, v) if move.is_any)
+    return _with_turns(content, wanted, joints), (q, v)
 
 
 def _wanted(joints: Mapping[str, Record]) -> Iterator[Wanted]:

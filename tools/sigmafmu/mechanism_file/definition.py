@@ -13,7 +13,7 @@ from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
 from sigmafmu.mechanism_file.structures import Record
-from sigmafmu.mechanism_file.table.coordinates import ACTING, STOP_STIFFNESS
+from sigmafmu.mechanism_file.table.coordinates import ACTING
 from sigmafmu.mechanism_file.table.ends import GROUND, End
 from sigmafmu.mechanism_file.table.forces import FORCE_TYPES
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
@@ -142,8 +142,6 @@ def _acting(kind: str, name: str, joint: Record) -> Iterator[Json]:
             value = joint.get(c.key(key.word))
             if value is not None:
                 given |= dict(zip(key.into or (key.word,), value if key.into else (value,), strict=True))
-        if "lower_stop" in given:
-            given.setdefault("stop_stiffness", STOP_STIFFNESS[0 if c.turns else 1])
         if given:
             yield {"joint": name, "coordinate": i, **given}
 

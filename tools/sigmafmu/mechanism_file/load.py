@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sigmafmu.mechanism_file.definition import Json, definition, modal_file, val
 from sigmafmu.mechanism_file.kinds import Context
 from sigmafmu.mechanism_file.placement import Placement
 from sigmafmu.mechanism_file.problems import MechanismFileError, Problems, shown
+from sigmafmu.mechanism_file.stops import with_stiff_stops
 from sigmafmu.mechanism_file.structures import Pending, Record
 from sigmafmu.mechanism_file.table.ends import GROUND
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
@@ -68,8 +70,9 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     placement = Placement(file["bodies"], file.get("joints", {}), nodes, file.get("motions", {}))
     content = definition(file, placement, {name: modes for name, (_, modes) in data.items()})
     try:
-        mechanism = mechanism_of(content, resources)
-        content, moves = assemble(content, mechanism, file.get("joints", {}))
+        joints = file.get("joints", {})
+        content, mechanism, moves = assemble(content, partial(mechanism_of, resources=resources), joints)
+        content = with_stiff_stops(content, mechanism, joints)
         mechanism = mechanism_of(content, resources)
     except (ValueError, RuntimeError) as error:
         line, where = _place_of(str(error), file)

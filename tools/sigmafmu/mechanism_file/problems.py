@@ -15,7 +15,11 @@ class Problem:
     text: str
 
 
-class MechanismFileError(SigmafmuError):
+class FileError(SigmafmuError):
+    """A file that cannot be used; its message has lines `FILE:LINE: what`, which editors understand."""
+
+
+class MechanismFileError(FileError):
     """A mechanism file that cannot be used; its message has a line `FILE:LINE: where: what; allowed` per problem."""
 
     def __init__(self, path: Path | str, problems: list[Problem]):

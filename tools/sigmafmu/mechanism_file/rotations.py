@@ -14,6 +14,13 @@ def of_vector(psi: np.ndarray) -> np.ndarray:
     return np.array([np.cos(half), *(np.sinc(half / np.pi) / 2 * psi)])
 
 
+def vector(q: np.ndarray) -> np.ndarray:
+    """The rotation vector of a quaternion, at most half a turn [rad]."""
+    q = q if q[0] >= 0 else -q
+    sine = float(np.linalg.norm(q[1:]))
+    return 2 * np.arctan2(sine, q[0]) / sine * q[1:] if sine > 0 else np.zeros(3)
+
+
 def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Hamilton's product: q first, then p."""
     return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])

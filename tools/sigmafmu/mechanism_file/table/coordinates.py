@@ -86,16 +86,13 @@ ACTING = {
         ActingKey(
             "limits", ("angle", "length"), "where its stops are", "none", limits, into=("lower_stop", "upper_stop")
         ),
-        ActingKey("stop_stiffness", ("torsional stiffness", "stiffness"), "of the stops", "1e4, 1e6"),
+        ActingKey("stop_stiffness", ("torsional stiffness", "stiffness"), "of the stops", "by a period of 20 ms"),
         ActingKey("stop_damping", ("torsional slowness", "slowness"), "of the stops"),
         ActingKey("stop_depth", ("angle", "length"), "from which the stops are stiff", "0.001", positive),
     ),
     "joint_armatures": (ActingKey("armature", ("inertia", "mass"), "inertia that moves with it, as a motor's rotor"),),
 }
 """What acts on coordinates: the list in the definition → its keys."""
-
-STOP_STIFFNESS = (1e4, 1e6)
-"""Of limits that do not say theirs: of an angle [N m/rad], of a displacement [N/m]."""
 
 
 def keys_of(c: Coordinate) -> tuple[Key, ...]:
