@@ -16,8 +16,8 @@ from research.robots import SEED, without_one_sided
 from sigmafmu.fmu import Fmu
 from sigmafmu.importers.convert import convert
 from sigmafmu.markdown import markdown_table
-from sigmafmu.mechanism_file.build import build_fmu
 from sigmafmu.mechanism_file.load import load, load_text
+from sigmafmu.packing import build_fmu
 
 ROBOT = "g1_description/urdf/g1_29dof_rev_1_0"
 H, STEPS, ROUNDS = 1e-3, 500, 5
@@ -37,18 +37,19 @@ def section(path: Path) -> str:
         text, converting = _timed(lambda: convert(path, folder)[0])
         robot, fmu_file = folder / "robot.yaml", folder / "robot.fmu"
         robot.write_text(text, encoding="utf-8")
-        file, loading = _timed(lambda: load(robot))
-        _, building = _timed(lambda: build_fmu(file, fmu_file))
+        _, loading = _timed(lambda: load(robot))
+        _, building = _timed(lambda: build_fmu(robot, fmu_file))
         with zipfile.ZipFile(fmu_file) as archive:
             xml = archive.getinfo("modelDescription.xml").file_size
         size, lines = fmu_file.stat().st_size, text.count("\n")
         robot.write_text(text + "expose: all\n", encoding="utf-8")
-        build_fmu(load(robot), folder / "all.fmu")
+        build_fmu(robot, folder / "all.fmu")
         with zipfile.ZipFile(folder / "all.fmu") as archive:
             whole_xml = archive.getinfo("modelDescription.xml").file_size
 
         moving = load_text(_moving(text), robot)
-        build_fmu(moving, folder / "moving.fmu")
+        robot.write_text(_moving(text), encoding="utf-8")
+        build_fmu(robot, folder / "moving.fmu")
         model = Fmu(folder / "moving.fmu")
         last = moving.definition["bodies"][-1]["name"]
         started, starting = _timed(lambda: _start(model))

@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from research.robots import STATES, Compared, humanoid, with_mujoco, with_pinocchio
-from sigmafmu import SigmafmuError
-from sigmafmu.fmu import Fmu
+from sigmafmu import SigmafmuError, load
 from sigmafmu.importers.convert import convert
 from sigmafmu.markdown import markdown_table
-from sigmafmu.mechanism_file.build import build_fmu
-from sigmafmu.mechanism_file.load import load
-from sigmafmu.simulate import simulate
+from sigmafmu.packing import build_fmu
 
 SHOWN = 120
 """Characters of what was dropped, for each robot."""
@@ -82,9 +79,8 @@ def _size_of_fmu(path: Path) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "robot.yaml").write_text(convert(path, folder)[0], encoding="utf-8")
-        file = load(folder / "robot.yaml")
-        build_fmu(file, folder / "robot.fmu")
-        result = simulate(Fmu.of(str(folder / "robot.fmu")), stop_time=FMU_STEPS * 1e-3, step_size=1e-3)
+        build_fmu(folder / "robot.yaml", folder / "robot.fmu")
+        result = load(folder / "robot.fmu").run(FMU_STEPS * 1e-3, step_size=1e-3)
         if len(result.time) != FMU_STEPS + 1 or not all(map(math.isfinite, result.values[-1])):
             raise SigmafmuError(f"{path.name}: its FMU does not run")
         return (folder / "robot.fmu").stat().st_size
