@@ -63,7 +63,7 @@ def section(path: Path) -> str:
     costs = [
         ("`sigmafmu convert`, without the start of Python", f"{converting:.2f} s"),
         ("reading, placing, assembling the file", f"{loading:.2f} s"),
-        ("`sigmafmu build`, without that", f"{building:.2f} s"),
+        ("`sigmafmu build`, without that", f"{building - loading:.2f} s"),
         ("lines of the mechanism file", str(lines)),
         ("modelDescription.xml, what `expose: auto` shows", f"{xml / 1e3:.0f} kB"),
         ("modelDescription.xml with `expose: all`", f"{whole_xml / 1e3:.0f} kB"),
