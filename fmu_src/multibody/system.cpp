@@ -195,7 +195,7 @@ bool System::axes_agree(const Evaluation& e, int joint) const {
 Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* lambda) const {
   const auto& [element, at, first, rows] = constraints_[joint];
   const int m = element->equations();
-  return joints_[joint]->reaction(e.frames[at.frames[1]], ConstRows(e.B.data() + rows + 6 * m, m, 6), lambda);
+  return joints_[joint]->reaction(kinematics(e, at), ConstRows(e.B.data() + rows + 6 * m, m, 6), lambda);
 }
 
 double System::coordinate_value(const Evaluation& e, int c) const {

@@ -97,7 +97,7 @@ class System {
     return kinematics(e, constraints_[joint_count() + drive_count() + c].at);
   }
   bool axes_agree(const Evaluation& e, int joint) const;
-  // Force and torque on body 2 (the node, where it attaches to one), in W.
+  // Force and torque on body 2 (the node, where it attaches to one), as ReactionDef has them.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
 
   // Coordinates of joints, joint after joint.

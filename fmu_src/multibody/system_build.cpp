@@ -25,6 +25,7 @@
 #include "multibody/forces/sphere_contact.h"
 #include "multibody/forces/spring_damper.h"
 #include "multibody/forces/table_spring.h"
+#include "multibody/forces/tendon.h"
 #include "multibody/forces/torsion_spring.h"
 #include "multibody/system.h"
 
@@ -269,6 +270,17 @@ class System::Builder {
   void force(const FollowerForceDef& d, int index) { force(std::make_unique<FollowerForce>(d, index), points_of(d)); }
   void force(const PlaneContactDef& d, int index) { force(std::make_unique<PlaneContact>(d, index), points_of(d)); }
   void force(const SphereContactDef& d, int index) { force(std::make_unique<SphereContact>(d, index), points_of(d)); }
+  void force(const TendonDef& d, int index) {
+    std::vector<Tendon::Term> terms;
+    std::vector<int> frames;
+    for (const TendonDef::Term& term : d.terms) {
+      const int c = s_.coordinate_index_[term.joint] + term.coordinate;
+      const AttachedCoordinate& coordinate = s_.coordinates_[c];
+      terms.push_back({coordinate.coordinate, c, term.coefficient});
+      frames.insert(frames.end(), coordinate.at.frames.begin(), coordinate.at.frames.end());
+    }
+    force(std::make_unique<Tendon>(std::move(terms), index), frames);
+  }
   void force(const JointSpringDef& d, int index) { on_coordinate<JointSpring>(d, index); }
   void force(const JointFrictionDef& d, int index) { on_coordinate<JointFriction>(d, index); }
   void force(const JointStopDef& d, int index) { on_coordinate<JointStop>(d, index); }

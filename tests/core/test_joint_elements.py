@@ -31,8 +31,11 @@ from .helpers import (
 from .test_flexible import make_tree
 from .test_joint_types import HERE, assert_second_order, body, mechanism, solution
 
-TURNING = (Type.spherical, Type.distance, Type.point_on_line, Type.free)
-"""Joints that leave every rotation free."""
+TURNING = (
+    *(Type.spherical, Type.distance, Type.point_on_line, Type.point_in_plane, Type.free),
+    Type.constant_velocity,
+)
+"""Joints that leave every rotation free, or whose rotation vector tells what they leave free."""
 
 # --- laws, written down a second time --------------------------------------------------------------------------------
 
@@ -316,7 +319,8 @@ REFUSED = {
     ),
     "motor": (
         [_core.RotationMotor(0)],
-        "rail has a rotation motor; its type must be spherical, distance, point_on_line or free.",
+        "rail has a rotation motor; its type must be spherical, distance, point_on_line, point_in_plane, "
+        "constant_velocity or free.",
     ),
     "joint": ([_core.RotationMotor(3)], "A rotation motor acts on joint 3; allowed are 0 to 0."),
 }
