@@ -81,12 +81,7 @@ def test_its_share_is_its_tension_along_every_coordinate(make, seed):
 
     def forces(stiffness, damping, force):
         tendon.stiffness, tendon.damping, inputs[own] = stiffness, damping, force
-        definition = tree.definition
-        changed = _core.Multibody()
-        changed.gravity = definition.gravity
-        for name in ("bodies", "joints", "spring_dampers", "loads", "joint_springs"):
-            for part in getattr(definition, name):
-                changed.add(part)
+        changed = _without(tree)
         changed.add(tendon)
         return _core.System(changed), _core.System(changed).residual(q, v, zero, multipliers, inputs)
 
@@ -94,12 +89,14 @@ def test_its_share_is_its_tension_along_every_coordinate(make, seed):
     pulling, with_it = forces(k, d, 3.0)
     _, without = forces(0.0, 0.0, 0.0)
     assert_close((with_it - without) @ v, tension * rate, 1e-12, 10 + np.abs(v).max() * abs(tension))
-    energy = [derivative(lambda t, s=s: s.energy(s.compose(q, t * v), v), 5e-4) for s in (pulling, _core.System(_without(tree)))]
+    systems = pulling, _core.System(_without(tree))
+    energy = [derivative(lambda t, s=s: s.energy(s.compose(q, t * v), v), 5e-4) for s in systems]
     stored = k * (length - tendon.free_length) * rate
     assert_close(energy[0] - energy[1], stored, 1e-8, 10)
 
 
 def _without(tree):
+    """The same without its tendon."""
     changed = _core.Multibody()
     changed.gravity = tree.definition.gravity
     for name in ("bodies", "joints", "spring_dampers", "loads", "joint_springs"):
@@ -143,6 +140,9 @@ def test_an_actuator_pulls_both_wheels():
     slave.set("belt.freeLength", slave.get("belt.length") - 1)
     slave.set("belt.actuatorForce", 0.0)
     assert slave.get("belt.force") == pytest.approx(10.0, rel=1e-12)
+    slave.set("belt.coefficient[2]", 0.1)
+    wound = 0.1 * slave.get("axle0.angle") + 0.1 * slave.get("axle1.angle")
+    assert slave.get("belt.length") == pytest.approx(wound, rel=1e-12)
 
 
 # --- definitions -----------------------------------------------------------------------------------------------------

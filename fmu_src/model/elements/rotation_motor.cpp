@@ -23,8 +23,7 @@ void RotationMotorDef::check(const References& of) const {
     default:
       validation::fail(j.name,
                        " has a rotation motor; its type must be spherical, distance, point_on_line, point_in_plane, "
-                       "constant_velocity or "
-                       "free.");
+                       "constant_velocity or free.");
   }
 }
 

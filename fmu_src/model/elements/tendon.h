@@ -3,7 +3,6 @@
 // its joint: a cable over pulleys of radius c_i, muscles over several joints, fixed tendons of MJCF.
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 

@@ -81,8 +81,8 @@ struct PerpendicularAxes {
 //
 //   Phi = l (c sin t - d cos t),   F_s = c cos t + d sin t,   F_c = l sin t,   F_d = -l cos t,
 //   F_ss = (d cos t - c sin t)/l,  F_sc = cos t,   F_sd = sin t,
-//   B = F_s B_s + F_c B_c + F_d B_d,   Z = F_s Z_s + ... + (F_ss s' + F_sc c' + F_sd d') B_s + s' (F_sc B_c + F_sd
-//   B_d),
+//   B = F_s B_s + F_c B_c + F_d B_d,
+//   Z = F_s Z_s + F_c Z_c + F_d Z_d + (F_ss s' + F_sc c' + F_sd d') B_s + s' (F_sc B_c + F_sd B_d),
 //
 // and K likewise. No turn of the thread is told from another, so nothing has to be counted.
 struct Thread {

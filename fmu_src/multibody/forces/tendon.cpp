@@ -28,6 +28,7 @@ void Tendon::set_values(const MultibodyDef& definition) {
   stiffness_ = d.stiffness;
   damping_ = d.damping;
   free_length_ = d.free_length;
+  for (std::size_t i = 0; i < terms_.size(); ++i) terms_[i].coefficient = d.terms[i].coefficient;
 }
 
 double Tendon::length(const Kinematics& k, const Inputs& u) const {

@@ -38,7 +38,7 @@ int drive_of(const MultibodyDef& d, int joint, int coordinate) {
 }
 
 void acceleration(const View& view, int c, int, double* value) {
-  *value = view.system.coordinate_acceleration(view.evaluation, c, view.v, view.vdot);
+  *value = view.system.coordinate_acceleration(view.evaluation, c, view.vdot);
 }
 
 void coordinate_ports(Ports& ports, int joint, int k) {
@@ -203,10 +203,25 @@ void coupling_ports(Ports& ports, int c) {
   coupling_parameters(ports, c);
 }
 
+namespace {
+
+void moving_load(const View& view, int m, int, double* values) {
+  const System::MovingLoad load = view.system.moving_load(view.evaluation, m, view.vdot, view.lambda, view.inputs);
+  vector3(values) = load.force;
+  vector3(values + 3) = load.torque;
+  values[6] = load.power;
+}
+
+}  // namespace
+
 void motion_ports(Ports& ports, int m) {
   const MotionDef& motion = ports.mechanism.multibody.motions[m];
-  if (!motion.input) return;
   ports.owner(motion.name, "motion", "frame");
+  const Ports::Group load = ports.group(m, 7, moving_load, true);
+  ports.outputs(load, 0, motion.name + ".force", 3, "Force", "Force that moves the frame, in W");
+  ports.outputs(load, 3, motion.name + ".torque", 3, "Torque", "Torque that moves the frame, about its origin, in W");
+  ports.output(load, 6, motion.name + ".power", "Power", "Power that moves the frame").times_velocity = true;
+  if (!motion.input) return;
   const int first = ports.system.drive_count() + ports.system.coupling_count() + kPrescribedPerMotion * m;
   for (int i = 0; i < kPrescribedPerMotion; ++i) {
     const std::string number = "[" + std::to_string(i % 3 + 1) + "]";

@@ -11,6 +11,8 @@ GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
 Part = tuple[Faces, str]
 FOOT = 9.0
 """Length of a foot, in t."""
+GUIDED = ("prismatic", "cylindrical", "screw", "point_on_line")
+"""Joints that have a rail along z of their first frame."""
 
 
 def foot(point: np.ndarray, direction: np.ndarray, t: float, length: float = FOOT) -> Iterable[Part]:
@@ -36,7 +38,7 @@ def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
     other = link.bodies[1 - i]
     away = np.zeros(3) if other is None else link.points[i] - other.centre
     gap = float(np.linalg.norm(away))
-    axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical", "screw", "point_on_line") else np.zeros(3)
+    axis = link.axes[i][:, 2] if link.type in ("revolute", *GUIDED) else np.zeros(3)
 
     def merit(d: np.ndarray) -> float:
         along_axis = abs(d @ axis) * (0.9 if gap > t else -0.9)
@@ -175,7 +177,7 @@ def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     for body, point in zip(link.bodies, link.points, strict=True):
         if body is not None or link.type == "free":
             continue
-        if link.type in ("prismatic", "cylindrical", "screw", "point_on_line"):
+        if link.type in GUIDED:
             for end in _guide(link, t):
                 yield from foot(end, foot_direction(link, t, down), t, 5.0)
         else:

@@ -51,7 +51,7 @@ JOINT_TYPES = {
         keys=(Key("length", positive("length"), "of the rod", default="the distance at the start"), *MOTOR),
         places=False,
     ),
-    "screw": JointType("turns about an axis and moves along it as its pitch says", both("point", "axis"), BOTH, (PITCH,)),
+    "screw": JointType("turns about an axis and moves along it by its pitch", both("point", "axis"), BOTH, (PITCH,)),
     "constant_velocity": JointType(
         "holds a point and transmits the rotation about z however it is bent", both("point", "axis"), keys=MOTOR
     ),

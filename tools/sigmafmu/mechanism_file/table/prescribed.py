@@ -36,7 +36,11 @@ DRIVE = Struct(
     (
         Key("motion", Word(tuple(MOTIONS)), "what is prescribed; the others go on from the start", required=True),
         Key("value", _later("value", "number of the motion, or `input`"), "constant, or an input of the FMU"),
-        Key("table", _later("table", "list of [time, number of the motion], or a CSV file"), "a natural cubic spline through points"),
+        Key(
+            "table",
+            _later("table", "list of [time, number of the motion], or a CSV file"),
+            "a natural cubic spline through points",
+        ),
     ),
     name="drive",
     one_of=("value", "table"),
