@@ -8,6 +8,7 @@ import pytest
 from sigmafmu import _core
 
 from .helpers import GROUND, Rotation, Type, rotation_of
+from .test_drives import METHODS, every_method
 from .test_joint_types import HERE, assert_second_order, body, end, mechanism
 
 PITCH = 0.02
@@ -81,6 +82,30 @@ def test_a_bent_shaft_swings_against_a_spring():
     spring = _core.JointSpring(0, 2.0)
     make = lambda: bent_shafts(Type.constant_velocity, 0.7, spring)  # noqa: E731
     assert_second_order(make, {"hinge.initialAngle": 1.0}, names, expected, 1.0, 1e-3)
+
+
+@every_method
+def test_every_method_keeps_to_them(method):
+    """A nut under its weight and a bent shaft against a spring, in every formulation."""
+    lead = PITCH / (2 * np.pi)
+    fall = -0.5 * 2.0 * 9.81 * lead**2 / (0.03 + 2.0 * lead**2)
+    swing = np.cos(np.sqrt(2.0 / 0.05))
+    cases = [
+        (nut(gravity=(0, 0, -9.81)), {}, "thread.displacement", fall, 1e-9),
+        (
+            bent_shafts(Type.constant_velocity, 0.7, _core.JointSpring(0, 2.0)),
+            {"hinge.initialAngle": 1.0},
+            "hinge.angle",
+            swing,
+            1e-4,
+        ),
+    ]
+    for m, initial, name, expected, tolerance in cases:
+        for setting, chosen in METHODS[method].items():
+            setattr(m.integrator, setting, chosen)
+        found = end(m, 1e-3, 1.0, initial, [name, "constraint.positionResidual", "constraint.velocityResidual"])
+        assert found[0] == pytest.approx(expected, abs=tolerance)
+        assert found[1:] == pytest.approx(np.zeros(2), abs=1e-4)
 
 
 def test_the_rotation_vector_of_a_constant_velocity_joint_tells_how_it_is_bent():
