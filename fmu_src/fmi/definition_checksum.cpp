@@ -13,6 +13,14 @@ void forget_parameters(Def& element) {
   for (const Parameter<Def>& p : Def::parameters()) std::fill_n(p.values(element), std::max(1, p.size), 0.0);
 }
 
+// Those that are parameters (CouplingDef::Type).
+void forget_coefficients(CouplingDef& coupling) {
+  using Type = CouplingDef::Type;
+  if (coupling.type == Type::sum || coupling.terms.size() != 2) return;
+  std::vector<double>& polynomial = coupling.terms[coupling.type == Type::mimic ? 1 : 0].polynomial;
+  std::fill(polynomial.begin(), polynomial.end(), 0.0);
+}
+
 RigidBodyDef without_values(const RigidBodyDef& body) {
   RigidBodyDef result;
   result.name = body.name;
@@ -26,6 +34,7 @@ Mechanism without_values(Mechanism mechanism) {
   for (JointDef& joint : d.joints) {
     joint.initial_coordinates.fill(JointDef::kNotSet);
     joint.initial_rates.fill(JointDef::kNotSet);
+    joint.pitch = JointDef::kNotSet;
   }
   for_each_force_list(d, [](const char*, auto& forces) {
     for (auto& force : forces) {
@@ -35,6 +44,10 @@ Mechanism without_values(Mechanism mechanism) {
     }
   });
   for (DriveDef& drive : d.drives) drive.value = 0;
+  for (TendonDef& tendon : d.tendons) {
+    for (TendonDef::Term& term : tendon.terms) term.coefficient = 0;
+  }
+  for (CouplingDef& coupling : d.couplings) forget_coefficients(coupling);
   d.gravity.setZero();
   d.held.clear();
   for (StationDef& station : mechanism.stations) station.description.clear();

@@ -58,8 +58,10 @@ Matrix3d inertia_matrix(const RigidBodyDef& b) {
 }
 
 const std::vector<std::string>& joint_type_names() {
-  static const std::vector<std::string> names = {"spherical",   "revolute", "universal", "prismatic",     "fixed",
-                                                 "cylindrical", "planar",   "distance",  "point_on_line", "free"};
+  static const std::vector<std::string> names = {"spherical",     "revolute",    "universal", "prismatic",
+                                                 "fixed",         "cylindrical", "planar",    "distance",
+                                                 "point_on_line", "free",        "screw",     "constant_velocity",
+                                                 "point_in_plane"};
   return names;
 }
 
@@ -94,6 +96,7 @@ int MultibodyDef::add(FollowerForceDef force) { return append(follower_forces, s
 int MultibodyDef::add(PlaneContactDef contact) { return append(plane_contacts, std::move(contact)); }
 int MultibodyDef::add(SphereContactDef contact) { return append(sphere_contacts, std::move(contact)); }
 int MultibodyDef::add(LoadDef load) { return append(loads, std::move(load)); }
+int MultibodyDef::add(TendonDef tendon) { return append(tendons, std::move(tendon)); }
 int MultibodyDef::add(JointSpringDef spring) { return append(joint_springs, spring); }
 int MultibodyDef::add(JointFrictionDef friction) { return append(joint_frictions, friction); }
 int MultibodyDef::add(JointStopDef stop) { return append(joint_stops, stop); }

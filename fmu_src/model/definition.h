@@ -88,6 +88,9 @@ enum class JointType {
   distance,       // origins stay `length` apart
   point_on_line,  // origin 2 on the z axis of frame 1; displacement along z1
   free,           // no equation; displacements along x1, y1 and z1
+  screw,          // cylindrical, and the displacement is pitch angle / (2 pi)
+  constant_velocity,  // origins coincide, and no twist: x1 . y2 = y1 . x2
+  point_in_plane,     // origin 2 in the plane of x1 and y1; displacements along them
 };
 
 // What a joint leaves free: an angle [rad] about an axis of its frames, or a displacement [m] along one of frame 1.
@@ -102,6 +105,17 @@ const std::vector<CoordinateType>& coordinates(JointType type);
 // In the order of the enumeration.
 const std::vector<std::string>& joint_type_names();
 
+// Where a joint tells its reaction, and in which axes: about a point of frame 1 or 2, in W or in the axes of a frame.
+struct ReactionDef {
+  enum class At { frame1, frame2 };
+  enum class Axes { ground, frame1, frame2 };
+  At at = At::frame2;
+  Vector3d point = Vector3d::Zero();  // in that frame [m]
+  Axes axes = Axes::ground;
+
+  bool is_default() const { return at == At::frame2 && axes == Axes::ground && point.isZero(0); }
+};
+
 struct JointDef {
   std::string name;
   JointType type = JointType::spherical;
@@ -115,6 +129,8 @@ struct JointDef {
   std::array<double, 3> initial_coordinates = {kNotSet, kNotSet, kNotSet};
   std::array<double, 3> initial_rates = {kNotSet, kNotSet, kNotSet};
   double length = kNotSet;  // of a distance joint [m]; not set: what it is at the start
+  double pitch = kNotSet;   // of a screw: the displacement of a turn [m], negative for a left-handed thread
+  ReactionDef reaction = {};
 
   int coordinate_count() const { return static_cast<int>(coordinates(type).size()); }
   bool turns(int coordinate) const { return coordinates(type)[coordinate].kind == CoordinateKind::angle; }
@@ -192,6 +208,7 @@ struct MultibodyDef {
   std::vector<SphereContactDef> sphere_contacts;
   std::vector<CloudContactDef> cloud_contacts;
   std::vector<LoadDef> loads;
+  std::vector<TendonDef> tendons;
   std::vector<JointSpringDef> joint_springs;
   std::vector<JointFrictionDef> joint_frictions;
   std::vector<JointStopDef> joint_stops;
@@ -220,6 +237,7 @@ struct MultibodyDef {
   int add(SphereContactDef contact);
   int add(CloudContactDef contact);
   int add(LoadDef load);
+  int add(TendonDef tendon);
   int add(JointSpringDef spring);
   int add(JointFrictionDef friction);
   int add(JointStopDef stop);

@@ -16,7 +16,8 @@ const std::vector<CoordinateType>& coordinates(JointType type) {
                               along_z = {Kind::displacement, z, Of::frame1};
   static const std::vector<CoordinateType> none, hinge = {angle}, slide = {along_z}, both = {angle, along_z},
                                                  cross = {{Kind::angle, y, Of::frame1}, {Kind::angle, x, Of::frame2}},
-                                                 plane = {angle, along_x, along_y}, space = {along_x, along_y, along_z};
+                                                 plane = {angle, along_x, along_y}, space = {along_x, along_y, along_z},
+                                                 across = {along_x, along_y};
   switch (type) {
     case JointType::revolute:
       return hinge;
@@ -24,11 +25,14 @@ const std::vector<CoordinateType>& coordinates(JointType type) {
     case JointType::point_on_line:
       return slide;
     case JointType::cylindrical:
+    case JointType::screw:
       return both;
     case JointType::universal:
       return cross;
     case JointType::planar:
       return plane;
+    case JointType::point_in_plane:
+      return across;
     case JointType::free:
       return space;
     default:

@@ -75,6 +75,13 @@ void visit(Archive& archive, Any& d) {
   archive.optional("angular_velocity", d.initial_angular_velocity);
 }
 
+template <typename Archive, typename Any, If<ReactionDef, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.optional_choice("at", d.at, {"frame1", "frame2"}, 0);
+  archive.optional("point", d.point);
+  archive.optional_choice("axes", d.axes, {"ground", "frame1", "frame2"}, 0);
+}
+
 template <typename Archive, typename Any, If<JointDef, Any> = 0>
 void visit(Archive& archive, Any& d) {
   archive.required("name", d.name);
@@ -83,6 +90,8 @@ void visit(Archive& archive, Any& d) {
   archive.optional("frame1", d.frame1);
   archive.optional("frame2", d.frame2);
   if (d.type == JointType::distance) archive.optional("length", d.length, !std::isnan(d.length));
+  if (d.type == JointType::screw) archive.optional("pitch", d.pitch, !std::isnan(d.pitch));
+  archive.optional("reaction", d.reaction, !d.reaction.is_default());
   // A joint with several coordinates has keys for each: an angle's are the shorter ones.
   for (int c = 0; c < d.coordinate_count(); ++c) {
     const bool plain = d.turns(c) || !d.turns(0);
@@ -128,9 +137,17 @@ void visit(Archive& archive, Any& d) {
   archive.required("polynomial", d.polynomial);
 }
 
+template <typename Archive, typename Any, If<TendonDef::Term, Any> = 0>
+void visit(Archive& archive, Any& d) {
+  archive.joint("joint", d.joint);
+  archive.optional("coordinate", d.coordinate);
+  archive.required("coefficient", d.coefficient);
+}
+
 template <typename Archive, typename Any, If<CouplingDef, Any> = 0>
 void visit(Archive& archive, Any& d) {
   archive.required("name", d.name);
+  archive.optional_choice("type", d.type, coupling_type_names(), 0);
   archive.required("terms", d.terms);
   archive.optional("offset", d.offset, !std::isnan(d.offset));
 }

@@ -30,6 +30,17 @@ void validate_length(const MultibodyDef& d, const JointDef& j) {
   fail(j.name, ".length is ", length, " m; it must be finite, above 0.");
 }
 
+void validate_pitch(const JointDef& j) {
+  if (j.type == JointType::screw) {
+    if (std::isnan(j.pitch)) fail(j.name, " is a screw without a pitch; it must have one.");
+    if (j.pitch == 0 || !std::isfinite(j.pitch)) {
+      fail(j.name, ".pitch is ", j.pitch, " m; it must be finite, and not 0.");
+    }
+  } else if (!std::isnan(j.pitch)) {
+    fail(j.name, " has the pitch ", j.pitch, " m; joints of its type must have none.");
+  }
+}
+
 void validate_joint(const MultibodyDef& d, const JointDef& j) {
   check_frame(j.name + ".frame1", j.frame1);
   check_frame(j.name + ".frame2", j.frame2);
@@ -47,6 +58,8 @@ void validate_joint(const MultibodyDef& d, const JointDef& j) {
     }
   }
   validate_length(d, j);
+  validate_pitch(j);
+  check_point(j.name + ".reaction.point", j.reaction.point);
 }
 
 // The parameters of a force against what their types allow.

@@ -1,5 +1,6 @@
 #include "multibody/frame.h"
 
+#include "lie/rotation_maps.h"
 #include "lie/so3.h"
 
 namespace sigmafmu {
@@ -40,6 +41,38 @@ void evaluate_node_frame(const FlexibleBody& body, const FlexibleEvaluation& fle
   e.L.block<3, 3>(0, 3) = -k.R_WB * lie::hat(relative);
   e.L.block(0, 6, 3, f) = Rw.lazyProduct(Phi);
   e.L.block(3, 6, 3, f) = Lambda.lazyProduct(Psi);
+}
+
+void node_acceleration_derivatives(const FlexibleBody& body, const FlexibleEvaluation& flexible, int node,
+                                   const FrameKinematics& k, const NodeFrameEvaluation& e, const Vector6d& vdot,
+                                   const Eigen::Ref<const VectorXd>& zetaddot, Eigen::Ref<Matrix6Xd> by_motion,
+                                   Eigen::Ref<Matrix6Xd> by_velocity) {
+  const int f = body.modes();
+  const auto Phi = body.shape(node), Psi = body.rotation(node);
+  const Vector3d s_rate = Phi.lazyProduct(flexible.zetadot), s_second = Phi.lazyProduct(zetaddot);
+  const Vector3d theta_rate = Psi.lazyProduct(flexible.zetadot), theta_second = Psi.lazyProduct(zetaddot);
+  const Vector3d w = k.w_WB_B, wdot = vdot.tail<3>(), turning = w.cross(e.s);
+  const Matrix3d w_hat = lie::hat(w);
+  by_motion.setZero();
+  by_velocity.setZero();
+
+  const Vector3d b = wdot.cross(e.s) + w.cross(turning) + 2 * w.cross(s_rate) + s_second;
+  const Matrix3d along = e.R * (lie::hat(wdot) + w_hat * w_hat), across = 2 * e.R * w_hat;
+  by_motion.block<3, 3>(0, 3) = -e.R * lie::hat(b);
+  by_motion.block(0, 6, 3, f) = along.lazyProduct(Phi);
+  by_velocity.block<3, 3>(0, 3) = -e.R * (lie::hat(turning) + w_hat * lie::hat(e.s) + 2 * lie::hat(s_rate));
+  by_velocity.block(0, 6, 3, f) = across.lazyProduct(Phi);
+
+  const lie::SmoothOperator tangent = lie::Exponential::tangent(e.theta.squaredNorm());
+  const Matrix3d T = tangent.k.matrix(e.theta), D = tangent.derivative(e.theta, theta_rate);
+  const Matrix3d E = tangent.derivative_along(e.theta, theta_rate);
+  const Matrix3d turn = lie::hat(e.A.transpose() * w), own = lie::hat(T * theta_rate);
+  const Matrix3d Q = (lie::hat(e.A.transpose() * wdot) - own * turn) * T + tangent.derivative(e.theta, theta_second) +
+                     turn * D + tangent.second_derivative(e.theta, theta_rate, theta_rate);
+  const Matrix3d of_rates = turn * T + D + E;
+  by_motion.block(3, 6, 3, f) = Q.lazyProduct(Psi);
+  by_velocity.block<3, 3>(3, 3) = -own * e.A.transpose();
+  by_velocity.block(3, 6, 3, f) = of_rates.lazyProduct(Psi);
 }
 
 // With f_B = R^T f: J^T f_N = (f, s x f_B + A tau, Phi^T f_B + Psi^T T(theta)^T tau), T(theta)^T = T(-theta).

@@ -44,4 +44,17 @@ void evaluate_node_frame(const FlexibleBody& body, const FlexibleEvaluation& fle
 void add_node_stiffness(const FlexibleBody& body, int node, const NodeFrameEvaluation& e, const Vector6d& f_N,
                         FlexibleBody::Blocks K);
 
+// d(v_N')/d(motion) and d(v_N')/dv, v_N' = J v' + L v, columns as in J. With w', s'' and theta'' from `vdot` of the
+// frame and `zetaddot`, T = T(theta), D(c) = d(T c)/dtheta, E = dT/dt and b = w' x s + w x (w x s) + 2 w x s' + s'':
+//
+//   d/d(motion) = [ 0  -R hat(b)                                    R (hat(w') + hat(w)^2) Phi ]
+//                 [ 0   0                                           Q Psi                      ]
+//   d/dv        = [ 0  -R (hat(w x s) + hat(w) hat(s) + 2 hat(s'))  2 R hat(w) Phi             ]
+//                 [ 0  -hat(T theta') A^T                           (hat(A^T w) T + D(theta') + E) Psi ]
+//   Q = (hat(A^T w') - hat(T theta') hat(A^T w)) T + D(theta'') + hat(A^T w) D(theta') + d(E theta')/dtheta.
+void node_acceleration_derivatives(const FlexibleBody& body, const FlexibleEvaluation& flexible, int node,
+                                   const FrameKinematics& k, const NodeFrameEvaluation& e, const Vector6d& vdot,
+                                   const Eigen::Ref<const VectorXd>& zetaddot, Eigen::Ref<Matrix6Xd> by_motion,
+                                   Eigen::Ref<Matrix6Xd> by_velocity);
+
 }  // namespace sigmafmu

@@ -63,6 +63,7 @@ class FrameForces {
  public:
   FrameForces(double* values, const int* offset) : values_(values), offset_(offset) {}
   bool has(int i) const { return offset_[i] >= 0; }
+  FrameForces from(int first) const { return {values_, offset_ + first}; }
   Eigen::Map<Vector6d> operator[](int i) const { return Eigen::Map<Vector6d>(values_ + offset_[i]); }
 
  private:

@@ -13,7 +13,7 @@ FlexibleBody::Blocks System::flexible_blocks(VectorXd& blocks, int flexible) con
 }
 
 // J vdot + L v.
-Vector6d System::frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const {
+Vector6d System::frame_acceleration(const Evaluation& e, int frame, const VectorXd& vdot) const {
   if (frame == body_count_) return Vector6d::Zero();
   if (frame < body_count_) return vdot.segment<6>(kVelocitiesPerBody * frame);
   const auto moving = static_cast<std::size_t>(frame - body_count_ - 1);
@@ -21,10 +21,12 @@ Vector6d System::frame_acceleration(const Evaluation& e, int frame, const Vector
   const auto& [body, f, node] = node_frames_[frame - body_count_];
   const NodeFrameEvaluation& at = node_frame(e, frame);
   const int pose = kVelocitiesPerBody * body, modes = modal_velocity(f), count = this->modes(body);
+  Vector6d v;
+  v << e.frames[body].v_WB, e.frames[body].w_WB_B;
   Vector6d result = at.J.leftCols<6>().lazyProduct(vdot.segment<6>(pose));
-  result += at.L.leftCols<6>().lazyProduct(v.segment<6>(pose));
+  result += at.L.leftCols<6>().lazyProduct(v);
   result += at.J.rightCols(count).lazyProduct(vdot.segment(modes, count));
-  result += at.L.rightCols(count).lazyProduct(v.segment(modes, count));
+  result += at.L.rightCols(count).lazyProduct(e.flexible[f].zetadot);
   return result;
 }
 
@@ -45,6 +47,26 @@ void System::add_explicit_rates(Evaluation& e) const {
     e.W.segment(first, m) += B.lazyProduct(e.moving_accelerations[moving]);
     e.W.segment(first, m) += Z.lazyProduct(v);
   }
+}
+
+System::MovingLoad System::moving_load(const Evaluation& e, int m, const VectorXd& vdot, const VectorXd& lambda,
+                                       const Inputs& u) const {
+  const FrameKinematics& k = e.frames[body_count_ + 1 + m];
+  Vector6d r = Vector6d::Zero();  // of the frame, as if it were a body without mass: what moves it is r
+  for (const auto& [moving, first, equations, rows] : moving_rows_) {
+    if (moving != m) continue;
+    r += ConstRows(e.B.data() + rows, equations, 6).transpose().lazyProduct(lambda.segment(first, equations));
+  }
+  for (const auto& [moving, force, offset] : moving_forces_) {
+    if (moving != m) continue;
+    forces_[force].element->add(force_kinematics(e, force), u, {r.data(), offset.data()});
+    for (const auto& [armature, index] : armatures_) {
+      if (index != force) continue;
+      const Attachment& at = forces_[force].at;
+      armature->add_inertial_force(kinematics(e, at), accelerations(e, at, vdot), {r.data(), offset.data()});
+    }
+  }
+  return {r.head<3>(), k.R_WB * r.tail<3>(), r.head<3>().dot(k.v_WB) + r.tail<3>().dot(k.w_WB_B)};
 }
 
 // B = B_N J.
@@ -87,24 +109,62 @@ void System::pull_back_forces(const Attachment& at, const Evaluation& e, VectorX
   }
 }
 
+void System::add_pulled_back(const Attachment& at, const Evaluation& e, int i, int j, VectorXd& blocks) const {
+  const Matrix6Xd& J = node_frame(e, at.frames[i]).J;
+  const int parts = static_cast<int>(at.parts.size());
+  for (int p = 0; p < parts; ++p) {
+    if (at.parts[p].frame != i) continue;
+    for (int c = 0; c < parts; ++c) {
+      if (at.parts[c].frame != j) continue;
+      const int rows = pattern_.unknowns[at.parts[p].unknown].size;
+      const int columns = pattern_.unknowns[at.parts[c].unknown].size;
+      Eigen::Map<MatrixXd>(blocks.data() + at.part_pair[p * parts + c], rows, columns).noalias() +=
+          J.middleCols(at.parts[p].first, rows).transpose().lazyProduct(e.work.middleCols(at.parts[c].first, columns));
+    }
+  }
+}
+
+// M_ij += J_i^T M_N,ij J_j, with M_N in frame_K.
+void System::pull_back_masses(const Attachment& at, Evaluation& e) const {
+  const int n = at.count();
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int block = at.pair[i * n + j];
+      if (block < 0) continue;
+      const Matrix6Xd& J = node_frame(e, at.frames[j]).J;
+      const Eigen::Map<const Matrix6d> M_N(e.frame_K.data() + block);
+      e.work.leftCols(J.cols()).noalias() = M_N.lazyProduct(J);
+      add_pulled_back(at, e, i, j, e.M);
+    }
+  }
+}
+
+// K_ij += J_i^T M_N,ij d(v_N,j')/d(motion),  C_ij += J_i^T M_N,ij d(v_N,j')/dv, with M_N in frame_K.
+void System::pull_back_accelerations(const Attachment& at, const VectorXd& vdot, Evaluation& e) const {
+  const int n = at.count();
+  for (int j = 0; j < n; ++j) {
+    if (at.force[j] < 0 || at.frames[j] <= body_count_) continue;
+    const auto& [body, f, node] = node_frames_[at.frames[j] - body_count_];
+    const int modes = this->modes(body), columns = 6 + modes;
+    auto by_motion = e.by_motion.leftCols(columns), by_velocity = e.by_velocity.leftCols(columns);
+    node_acceleration_derivatives(flexible(f), e.flexible[f], node, e.frames[body], node_frame(e, at.frames[j]),
+                                  vdot.segment<6>(kVelocitiesPerBody * body), vdot.segment(modal_velocity(f), modes),
+                                  by_motion, by_velocity);
+    for (int i = 0; i < n; ++i) {
+      const int block = at.pair[i * n + j];
+      if (block < 0) continue;
+      const Eigen::Map<const Matrix6d> M_N(e.frame_K.data() + block);
+      e.work.leftCols(columns).noalias() = M_N.lazyProduct(by_motion);
+      add_pulled_back(at, e, i, j, e.K);
+      e.work.leftCols(columns).noalias() = M_N.lazyProduct(by_velocity);
+      add_pulled_back(at, e, i, j, e.C);
+    }
+  }
+}
+
 // C_ij += J_i^T C_N,ij J_j,  K_ij += J_i^T (K_N,ij J_j + C_N,ij L_j) + Q_ij.
 void System::pull_back_pairs(const Attachment& at, Evaluation& e) const {
-  const int n = at.count(), parts = static_cast<int>(at.parts.size());
-  const auto add = [&](VectorXd& blocks, int i, int j) {
-    const Matrix6Xd& J = node_frame(e, at.frames[i]).J;
-    for (int p = 0; p < parts; ++p) {
-      if (at.parts[p].frame != i) continue;
-      for (int c = 0; c < parts; ++c) {
-        if (at.parts[c].frame != j) continue;
-        const int rows = pattern_.unknowns[at.parts[p].unknown].size;
-        const int columns = pattern_.unknowns[at.parts[c].unknown].size;
-        Eigen::Map<MatrixXd>(blocks.data() + at.part_pair[p * parts + c], rows, columns).noalias() +=
-            J.middleCols(at.parts[p].first, rows)
-                .transpose()
-                .lazyProduct(e.work.middleCols(at.parts[c].first, columns));
-      }
-    }
-  };
+  const int n = at.count();
   for (int i = 0; i < n; ++i) {
     if (at.force[i] < 0) continue;
     for (int j = 0; j < n; ++j) {
@@ -114,10 +174,10 @@ void System::pull_back_pairs(const Attachment& at, Evaluation& e) const {
       const Eigen::Map<const Matrix6d> C_N(e.frame_C.data() + block), K_N(e.frame_K.data() + block);
       auto work = e.work.leftCols(frame.J.cols());
       work.noalias() = C_N.lazyProduct(frame.J);
-      add(e.C, i, j);
+      add_pulled_back(at, e, i, j, e.C);
       work.noalias() = K_N.lazyProduct(frame.J);
       work.noalias() += C_N.lazyProduct(frame.L);
-      add(e.K, i, j);
+      add_pulled_back(at, e, i, j, e.K);
     }
     if (at.frames[i] <= body_count_) continue;
     const auto& [body, f, node] = node_frames_[at.frames[i] - body_count_];

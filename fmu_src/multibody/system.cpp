@@ -41,8 +41,8 @@ void System::evaluate(const VectorXd& q, const VectorXd& v, const Inputs& u, Eva
     const auto& [body, f, node] = node_frames_[k];
     evaluate_node_frame(flexible(f), e.flexible[f], node, e.frames[body], e.frames[body_count() + k], e.node_frames[k]);
   }
-  if (!armatures_.empty()) add_armature_masses(e);
   if (!moving_frames_.empty()) move_frames(u, e);
+  if (!armatures_.empty()) add_armature_masses(e);
   for (const auto& [element, at, first, rows] : constraints_) {
     element->evaluate(u, kinematics(e, at), e.phi.data() + first, e.phidot.data() + first,
                       FrameRows(e.B.data() + rows, element->equations()));
@@ -195,7 +195,7 @@ bool System::axes_agree(const Evaluation& e, int joint) const {
 Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* lambda) const {
   const auto& [element, at, first, rows] = constraints_[joint];
   const int m = element->equations();
-  return joints_[joint]->reaction(e.frames[at.frames[1]], ConstRows(e.B.data() + rows + 6 * m, m, 6), lambda);
+  return joints_[joint]->reaction(kinematics(e, at), ConstRows(e.B.data() + rows + 6 * m, m, 6), lambda);
 }
 
 double System::coordinate_value(const Evaluation& e, int c) const {
@@ -206,10 +206,10 @@ double System::coordinate_rate(const Evaluation& e, int c) const {
   return coordinates_[c].coordinate.rate(kinematics(e, coordinates_[c].at));
 }
 
-double System::coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const {
+double System::coordinate_acceleration(const Evaluation& e, int c, const VectorXd& vdot) const {
   const auto& [coordinate, at] = coordinates_[c];
-  return coordinate.acceleration(kinematics(e, at), frame_acceleration(e, at.frames[0], v, vdot),
-                                 frame_acceleration(e, at.frames[1], v, vdot));
+  return coordinate.acceleration(kinematics(e, at), frame_acceleration(e, at.frames[0], vdot),
+                                 frame_acceleration(e, at.frames[1], vdot));
 }
 
 void System::coordinate_values(const Evaluation& e, VectorXd& coordinates) const {

@@ -40,6 +40,7 @@ struct Evaluation {
   // Of one element between frames of which some are at nodes, and what else its pull-back needs.
   VectorXd frame_forces, frame_C, frame_K;
   Matrix6Xd work;
+  Matrix6Xd by_motion, by_velocity;  // of a node's acceleration, where there are armatures
 };
 
 class System {
@@ -96,8 +97,15 @@ class System {
   Kinematics coupling_kinematics(const Evaluation& e, int c) const {
     return kinematics(e, constraints_[joint_count() + drive_count() + c].at);
   }
+  // What it takes to move frame m of the ground as prescribed: against all that holds to it.
+  struct MovingLoad {
+    Vector3d force, torque;  // in W; about the frame's origin
+    double power;
+  };
+  MovingLoad moving_load(const Evaluation& e, int m, const VectorXd& vdot, const VectorXd& lambda,
+                         const Inputs& u) const;
   bool axes_agree(const Evaluation& e, int joint) const;
-  // Force and torque on body 2 (the node, where it attaches to one), in W.
+  // Force and torque on body 2 (the node, where it attaches to one), as ReactionDef has them.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
 
   // Coordinates of joints, joint after joint.
@@ -107,7 +115,7 @@ class System {
   int coordinate_index(int joint) const { return coordinate_index_[joint]; }
   double coordinate_value(const Evaluation& e, int c) const;  // angles in (-pi, pi]
   double coordinate_rate(const Evaluation& e, int c) const;
-  double coordinate_acceleration(const Evaluation& e, int c, const VectorXd& v, const VectorXd& vdot) const;
+  double coordinate_acceleration(const Evaluation& e, int c, const VectorXd& vdot) const;
   void coordinate_values(const Evaluation& e, VectorXd& coordinates) const;
   // From all coordinates a time h [s] before to those now: angles take the turn nearest to what their rates predict.
   void count_turns(const Evaluation& e, double h, VectorXd& coordinates) const;
@@ -189,14 +197,16 @@ class System {
     std::unique_ptr<Force> element;
     Attachment at;
   };
-  // One of the forces, and a block of M that these change: of a rigid body with itself, else between two bodies.
+  // One of the forces, and a block of M that these change and that nothing else writes anew: of a rigid body with
+  // itself, of the modes of a flexible one with themselves, or between two bodies.
   struct Armature {
     const JointArmature* element;
     int force;
   };
   struct ArmatureBlock {
-    int offset;
-    const RigidBody* body;
+    BlockPattern::Pair pair;
+    const RigidBody* rigid;
+    const FlexibleBody* modes;
   };
   struct AttachedCoordinate {
     JointCoordinate coordinate;
@@ -211,6 +221,11 @@ class System {
   // Rows of a constraint for a frame of the ground that moves.
   struct MovingRows {
     int moving, first, equations, rows;
+  };
+  // A force at a frame of the ground that moves. `offset`: 0 for each of its frames that is this one, else -1.
+  struct MovingForce {
+    int moving, force;
+    std::vector<int> offset;
   };
 
   // Set-up.
@@ -228,17 +243,21 @@ class System {
   }
   // What armatures have in M, r, K and C.
   void add_armature_masses(Evaluation& e) const;
-  void add_armature_forces(const Evaluation& e, const VectorXd& vdot, VectorXd& r) const;
+  void add_armature_forces(Evaluation& e, const VectorXd& vdot, VectorXd& r) const;
   void linearize_armatures(const VectorXd& vdot, Evaluation& e) const;
   JointArmature::Accelerations accelerations(const Evaluation& e, const Attachment& at, const VectorXd& vdot) const;
   // Of v of a frame.
-  Vector6d frame_acceleration(const Evaluation& e, int frame, const VectorXd& v, const VectorXd& vdot) const;
+  Vector6d frame_acceleration(const Evaluation& e, int frame, const VectorXd& vdot) const;
   void move_frames(const Inputs& u, Evaluation& e) const;
   void add_explicit_rates(Evaluation& e) const;
   void pull_back_rows(Evaluation& e) const;
   void pull_back_rates(Evaluation& e) const;
   void pull_back_forces(const Attachment& at, const Evaluation& e, VectorXd& r) const;
+  // Blocks of frames i and j of an element += J_i^T work.
+  void add_pulled_back(const Attachment& at, const Evaluation& e, int i, int j, VectorXd& blocks) const;
   void pull_back_pairs(const Attachment& at, Evaluation& e) const;
+  void pull_back_masses(const Attachment& at, Evaluation& e) const;
+  void pull_back_accelerations(const Attachment& at, const VectorXd& vdot, Evaluation& e) const;
   FlexibleBody::Blocks flexible_blocks(VectorXd& blocks, int flexible) const;
   using RowMajorXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   static Eigen::Map<RowMajorXd> modal_rows(VectorXd& rows, int equations, int offset, Eigen::Index modes) {
@@ -263,6 +282,7 @@ class System {
   std::vector<PulledRows> pulled_rows_;
   std::vector<MovingFrame> moving_frames_;
   std::vector<MovingRows> moving_rows_;
+  std::vector<MovingForce> moving_forces_;
   std::vector<const Coupling*> couplings_;
   std::vector<AttachedForce> forces_;
   std::vector<Armature> armatures_;

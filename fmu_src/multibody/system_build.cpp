@@ -25,6 +25,7 @@
 #include "multibody/forces/sphere_contact.h"
 #include "multibody/forces/spring_damper.h"
 #include "multibody/forces/table_spring.h"
+#include "multibody/forces/tendon.h"
 #include "multibody/forces/torsion_spring.h"
 #include "multibody/system.h"
 
@@ -96,16 +97,26 @@ class System::Builder {
     s_.inertia_size_ = s_.blocks_size_;
   }
 
-  // Blocks of M that armatures change; those of a flexible body with itself are written anew anyhow.
+  // Blocks of M that armatures change; those of the frame of a flexible body are written anew anyhow.
   void armature_blocks() {
     std::set<std::pair<int, int>> known;
     for (const JointArmatureDef& d : definition_.joint_armatures) {
-      const int bodies[] = {definition_.joints[d.joint].body1, definition_.joints[d.joint].body2};
-      for (int i : bodies) {
-        for (int j : bodies) {
-          if (i == kGround || j == kGround || !known.emplace(i, j).second) continue;
-          const int offset = pair(i, j);
-          if (i != j || s_.rigid(i)) s_.armature_blocks_.push_back({offset, i == j ? s_.rigid(i) : nullptr});
+      const JointDef& joint = definition_.joints[d.joint];
+      std::vector<int> unknowns;
+      for (auto [body, node] : {std::pair(joint.body1, joint.frame1.node), std::pair(joint.body2, joint.frame2.node)}) {
+        if (body == kGround) continue;
+        unknowns.push_back(body);
+        if (node != kFloatingFrame) unknowns.push_back(s_.body_count_ + s_.flexible_index_[body]);
+      }
+      for (int i : unknowns) {
+        for (int j : unknowns) {
+          if (!known.emplace(i, j).second) continue;
+          const BlockPattern::Pair block = {i, j, pair(i, j)};
+          const Unknown& row = s_.pattern_.unknowns[i];
+          const bool same_body = row.body == s_.pattern_.unknowns[j].body, modes = i == j && !row.pose;
+          if (same_body && !modes && !s_.rigid(row.body)) continue;
+          s_.armature_blocks_.push_back({block, i == j ? s_.rigid(row.body) : nullptr,
+                                         modes ? &s_.flexible(s_.flexible_index_[row.body]) : nullptr});
         }
       }
     }
@@ -210,6 +221,13 @@ class System::Builder {
   void force(std::unique_ptr<Force> element, const std::vector<int>& frames) {
     element->set_first_input(s_.input_size_);
     s_.input_size_ += element->input_count();
+    for (int m = 0; m < static_cast<int>(s_.moving_frames_.size()); ++m) {
+      std::vector<int> offset;
+      offset.reserve(frames.size());
+      for (int frame : frames) offset.push_back(frame == s_.body_count_ + 1 + m ? 0 : -1);
+      if (*std::max_element(offset.begin(), offset.end()) < 0) continue;
+      s_.moving_forces_.push_back({m, s_.force_count(), std::move(offset)});
+    }
     s_.forces_.push_back({std::move(element), attach(frames, true)});
   }
 
@@ -269,6 +287,17 @@ class System::Builder {
   void force(const FollowerForceDef& d, int index) { force(std::make_unique<FollowerForce>(d, index), points_of(d)); }
   void force(const PlaneContactDef& d, int index) { force(std::make_unique<PlaneContact>(d, index), points_of(d)); }
   void force(const SphereContactDef& d, int index) { force(std::make_unique<SphereContact>(d, index), points_of(d)); }
+  void force(const TendonDef& d, int index) {
+    std::vector<Tendon::Term> terms;
+    std::vector<int> frames;
+    for (const TendonDef::Term& term : d.terms) {
+      const int c = s_.coordinate_index_[term.joint] + term.coordinate;
+      const AttachedCoordinate& coordinate = s_.coordinates_[c];
+      terms.push_back({coordinate.coordinate, c, term.coefficient});
+      frames.insert(frames.end(), coordinate.at.frames.begin(), coordinate.at.frames.end());
+    }
+    force(std::make_unique<Tendon>(std::move(terms), index), frames);
+  }
   void force(const JointSpringDef& d, int index) { on_coordinate<JointSpring>(d, index); }
   void force(const JointFrictionDef& d, int index) { on_coordinate<JointFriction>(d, index); }
   void force(const JointStopDef& d, int index) { on_coordinate<JointStop>(d, index); }
@@ -334,6 +363,9 @@ Evaluation System::make_evaluation() const {
   e.frame_forces.setZero(6 * most_frames);
   for (VectorXd* x : {&e.frame_C, &e.frame_K}) x->setZero(36 * most_frames * most_frames);
   e.work.setZero(6, 6 + most_modes);
+  if (!armatures_.empty()) {
+    for (Matrix6Xd* x : {&e.by_motion, &e.by_velocity}) x->setZero(6, 6 + most_modes);
+  }
   return e;
 }
 

@@ -218,10 +218,16 @@ def relative_pose(kind: _core.JointType, free: np.ndarray) -> np.ndarray:
         Type.distance: (Rotation.from_rotvec(free).apply(LENGTH * x), any_turn),
         Type.point_on_line: (free[0] * z, any_turn),
         Type.free: (np.array(free), any_turn),
+        Type.screw: (LEAD * free[0] * z, about_z),
+        # bent by less than a right angle, where the joint is far from its limit
+        Type.constant_velocity: (0 * z, Rotation.from_rotvec(0.3 * np.array([free[0], free[1], 0.0]))),
+        Type.point_in_plane: (free[0] * x + free[1] * y, any_turn),
     }[kind]
     return pose(place, turn.as_matrix())
 
 
+LEAD = 0.5
+"""Of the screws of these tests [m/rad]."""
 LENGTH = 0.8
 """Of the distance joints of these tests [m]."""
 COORDINATES = {
@@ -232,14 +238,18 @@ COORDINATES = {
     Type.planar: 3,
     Type.point_on_line: 1,
     Type.free: 3,
+    Type.screw: 2,
+    Type.point_in_plane: 2,
 }
 """How many coordinates a joint has, the first of the `free` ones of `relative_pose`; other types have none."""
-EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4, 3, 1, 2, 0), strict=True))
+EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4, 3, 1, 2, 0, 5, 4, 1), strict=True))
 
 
 def make_joint(name: str, kind: _core.JointType, *bodies_and_frames: Any) -> _core.Joint:
-    """A joint; those that keep a distance keep LENGTH."""
+    """A joint; those that keep a distance keep LENGTH, screws have the pitch of LEAD."""
     joint = _core.Joint(name, kind, *bodies_and_frames)
+    if kind == Type.screw:
+        joint.pitch = 2 * np.pi * LEAD
     if kind == Type.distance:
         joint.length = LENGTH
     return joint

@@ -134,8 +134,8 @@ def test_a_gear_turns_both_wheels_however_far(ratio, start):
     assert turns == pytest.approx(np.round(turns), abs=1e-11)
     assert abs(slave.get("axle1.angle") - ratio * moved) < np.pi + 1e-9
     assert slave.get("axle1.angularRate") == pytest.approx(ratio * slave.get("axle0.angularRate"), rel=1e-12)
-    assert slave.get("gear.torque1") == pytest.approx(0.2 * ratio * acceleration, rel=1e-10)
-    assert slave.get("gear.torque2") == pytest.approx(-ratio * slave.get("gear.torque1"), rel=1e-12)
+    assert slave.get("gear.torque2") == pytest.approx(0.2 * ratio * acceleration, rel=1e-10)
+    assert slave.get("gear.torque1") == pytest.approx(-ratio * slave.get("gear.torque2"), rel=1e-12)
 
 
 def test_a_rack_moves_with_its_pinion():
@@ -145,7 +145,7 @@ def test_a_rack_moves_with_its_pinion():
     slave = run(m, axle__motorTorque=3.0)
     acceleration = 3.0 / (0.1 + 2.0 * 0.05**2)
     assert slave.get("rail.displacement") == pytest.approx(0.05 * 0.5 * acceleration, rel=1e-11)
-    assert slave.get("mesh.force1") == pytest.approx(2.0 * 0.05 * acceleration, rel=1e-10)
+    assert slave.get("mesh.force2") == pytest.approx(2.0 * 0.05 * acceleration, rel=1e-10)
 
 
 def test_a_differential_shares_the_torque_of_its_carrier():
@@ -208,6 +208,32 @@ def test_a_mimic_joint_follows_a_polynomial():
     assert_second_order(make, initial, names, expected, 1.0, 1e-2)
 
 
+def test_ratio_radius_and_polynomial_are_parameters():
+    """Set before the start, they are as if the mechanism had been made with them; later they are refused."""
+    slide = _core.Joint("rail", Type.prismatic, GROUND, HERE, 2, HERE)
+    parts = [*wheels(0.1, 0.2), body("rack", 2.0), slide]
+
+    def slave(ratio, second, **start):
+        m = mechanism(*parts, _core.gear("gear", 0, 1, ratio), second)
+        return run(m, 50, axle0__motorTorque=3.0, **start)
+
+    def cam(*polynomial):
+        return _core.mimic("cam", 2, 1, [0.0, *polynomial])
+
+    def rack(radius):
+        return _core.rack_and_pinion("cam", 1, 2, radius)
+
+    names = ["axle0.angle", "axle1.angularRate", "rail.displacement", "cam.force1"]
+    polynomial = {"cam__polynomial[2]": 0.3, "cam__polynomial[3]": 0.2}
+    made, changed = slave(1.5, cam(0.3, 0.2)), slave(-2.0, cam(1.0, 1.0), gear__ratio=1.5, **polynomial)
+    assert [made.get(name) for name in names] == [changed.get(name) for name in names]
+    with pytest.raises(RuntimeError, match=r"gear\.ratio is a fixed parameter"):
+        changed.set("gear.ratio", 1.0)
+    names[-1] = "cam.force2"
+    made, changed = slave(1.0, rack(0.07)), slave(1.0, rack(0.02), cam__radius=0.07)
+    assert [made.get(name) for name in names] == [changed.get(name) for name in names]
+
+
 def test_degrees_of_freedom_count_couplings():
     m = mechanism(*wheels(0.1, 0.1, 0.1), _core.gear("a", 0, 1, 2.0), _core.gear("b", 1, 2, 3.0))
     assert (_core.freedom(m.multibody).degrees, _core.freedom(m.multibody).independent) == (1, 17)
@@ -227,7 +253,8 @@ def test_written_and_read_they_are_the_same():
     text = _core.to_json(m)
     again = _core.from_json(text)
     assert _core.to_json(again) == text
-    assert [t.polynomial for t in again.multibody.couplings[0].terms] == [[0, 1], [-0.1, -0.3, -0.2]]
+    assert [t.polynomial for t in again.multibody.couplings[0].terms] == [[0, -1], [0.1, 0.3, 0.2]]
+    assert [c.type.name for c in again.multibody.couplings] == ["mimic", "gear"]
     assert again.multibody.couplings[0].offset == 0
     assert np.isnan(again.multibody.couplings[1].offset)
 
@@ -240,6 +267,14 @@ REFUSED = {
     "twice": ([Term(0, [0, 1]), Term(0, [0, 2])], "c has two terms of the same coordinate of axle0; one is allowed."),
     "nan": ([Term(0, [0, np.nan])], "Coefficient 1 of axle0 in c is nan; it must be finite."),
 }
+
+
+def test_types_have_the_terms_that_their_parameters_are_in():
+    text = _core.to_json(mechanism(*wheels(0.1, 0.2), _core.gear("gear", 0, 1, -2.0)))
+    changed = _core.from_json(text.replace("[0.0, -1.0]", "[0.0, 1.0]"))
+    message = "gear is of type gear; it must have two terms of first degree, the second one with the polynomial 0, -1."
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        changed.validate()
 
 
 @pytest.mark.parametrize(("terms", "message"), REFUSED.values(), ids=REFUSED)

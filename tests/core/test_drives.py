@@ -24,13 +24,16 @@ Type, Motion = _core.JointType, _core.Motion
 
 
 def driven_tree(seed):
-    """A random tree, each of whose coordinates is driven with probability one half, and velocities that fit."""
+    """A random tree, each of whose coordinates is driven with probability one half, and velocities that fit.
+
+    Of a screw one alone: the other follows it.
+    """
     rng = np.random.default_rng(seed)
     tree = random_tree(rng)
     driven = []
     for i, (kind, *_) in enumerate(tree.joints):
         for k in range(COORDINATES.get(kind, 0)):
-            if rng.random() < 0.5:
+            if rng.random() < 0.5 and not (kind == Type.screw and (i, 0) in driven):
                 driven.append((i, k))
                 tree.definition.add(_core.Drive(i, Motion.acceleration, rng.uniform(-3, 3), k))
     system = _core.System(tree.definition)

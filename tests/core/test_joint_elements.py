@@ -7,6 +7,7 @@ import pytest
 
 from sigmafmu import _core
 
+from .clouds import beam, flexible_body
 from .helpers import (
     COORDINATES,
     DIFFERENCES,
@@ -29,10 +30,13 @@ from .helpers import (
     seeds,
 )
 from .test_flexible import make_tree
-from .test_joint_types import HERE, assert_second_order, body, mechanism, solution
+from .test_joint_types import HERE, assert_second_order, body, end, mechanism, solution
 
-TURNING = (Type.spherical, Type.distance, Type.point_on_line, Type.free)
-"""Joints that leave every rotation free."""
+TURNING = (
+    *(Type.spherical, Type.distance, Type.point_on_line, Type.point_in_plane, Type.free),
+    Type.constant_velocity,
+)
+"""Joints that leave every rotation free, or whose rotation vector tells what they leave free."""
 
 # --- laws, written down a second time --------------------------------------------------------------------------------
 
@@ -60,7 +64,7 @@ def stop_energy(d, value):
 # --- derivatives and power -------------------------------------------------------------------------------------------
 
 
-def add_elements(rng, definition, q, *, armatures=True):
+def add_elements(rng, definition, q):
     """One of each kind on every coordinate, with numbers of the order of 1, and motors where bodies turn any way.
 
     Of the stops of half the coordinates one acts at q, soft or stiff; q is not where they begin or become stiff.
@@ -75,8 +79,7 @@ def add_elements(rng, definition, q, *, armatures=True):
             upper = rng.random() < 0.5
             low, high = (-9.0, value - depth * soft) if upper else (value + depth * soft, 9.0)
             definition.add(_core.JointStop(j, low, high, *numbers[5:7], soft, k))
-            if armatures:
-                definition.add(_core.JointArmature(j, numbers[8], k))
+            definition.add(_core.JointArmature(j, numbers[8], k))
         if joint.type in TURNING:
             definition.add(_core.RotationMotor(j))
 
@@ -94,7 +97,7 @@ def rigid_tree(seed):
 
 def flexible_tree(seed):
     rng, tree = make_tree(seed)
-    add_elements(rng, tree.definition, tree.q, armatures=False)
+    add_elements(rng, tree.definition, tree.q)
     return rng, tree.q, tree.system(), tree.definition
 
 
@@ -264,6 +267,53 @@ def test_armature_of_a_hinge_and_a_slide():
     assert_second_order(make, initial, names, solution(equations, start, 1.0))
 
 
+@property_test(40, seed=seeds)
+def test_armatures_at_nodes_have_their_kinetic_energy(seed):
+    """Their share of the residual does c' a c'' in any motion, which is the rate of a c'²/2, and M has the same."""
+    rng, tree = make_tree(seed)
+    system, q = _core.System(tree.definition), tree.q
+    size = system.velocity_size
+    v, vdot = rng.uniform(-1, 1, (2, size))
+    armatures = [(j, k, rng.uniform(0.2, 2)) for j, d in enumerate(tree.definition.joints)
+                 for k in range(COORDINATES.get(d.type, 0))]  # fmt: skip
+    energy = work = 0.0
+    for j, k, a in armatures:
+        rate = system.coordinate(q, v, j, k)[1]
+        energy += a * rate**2 / 2
+        work += a * rate * system.coordinate_acceleration(q, v, vdot, j, k)
+        tree.definition.add(_core.JointArmature(j, a, k))
+    with_them = _core.System(tree.definition)
+    arguments = q, v, vdot, np.zeros(system.constraint_size), np.zeros(system.input_size)
+    share = with_them.residual(*arguments) - system.residual(*arguments)
+    assert_close(share @ v, work, 1e-11, 10 + np.abs(share).max())
+    masses = [s.linearization(q, v, *arguments[3:], vdot)[0] for s in (with_them, system)]
+    assert_close(v @ (masses[0] - masses[1]) @ v / 2, energy, 1e-11, 10)
+    assert_close(with_them.energy(q, v) - system.energy(q, v), energy, 1e-11, 10)
+
+
+def test_an_armature_at_the_node_of_a_beam_is_a_disc_between_beam_and_hinge():
+    """The same motion, but for errors of the steps, which are of order 2."""
+    J, torque, width = 0.3, 4.0, 0.02
+    place = _core.Frame(np.array([0, -width, -width]), np.eye(3), 0)  # on the axis, where the beam turns as it bends
+    terms = [(lambda s: s - s * s, lambda s: 1 - 2 * s), (lambda s: s**3, lambda s: 3 * s * s)]
+    stiffness = np.diag([40.0, 60.0, 50.0, 70.0])
+
+    def run(disc, h):
+        parts = [flexible_body(beam(1.0, 0.5, width, terms, stiffness), "beam")]
+        if disc:
+            parts += [body("disc", 1.0, (0.2, 0.2, J)), _core.Joint("hinge", Type.revolute, GROUND, HERE, 1, HERE),
+                      _core.Joint("weld", Type.fixed, 1, HERE, 0, place)]  # fmt: skip
+        else:
+            parts += [_core.Joint("hinge", Type.revolute, GROUND, HERE, 0, place), _core.JointArmature(0, J)]
+        m = mechanism(*parts, gravity=(0, -9.81, 0))
+        names = ["hinge.angle", "hinge.angularRate", "hinge.angularAcceleration", "beam.modal[1]", "beam.modalRate[2]"]
+        return end(m, h, 0.2, {"hinge.motorTorque": torque}, names)
+
+    differences = [np.abs(run(True, h) - run(False, h)).max() for h in (4e-4, 2e-4)]
+    assert differences[1] < 1e-8
+    assert np.log2(differences[0] / differences[1]) == pytest.approx(2.0, abs=0.1)
+
+
 def test_a_motor_turns_a_ball_any_way():
     """Euler's equations under a torque that is constant in the axes of the ground's frame."""
     J, torque = np.array([0.1, 0.2, 0.25]), np.array([0.3, -0.2, 0.5])
@@ -316,7 +366,8 @@ REFUSED = {
     ),
     "motor": (
         [_core.RotationMotor(0)],
-        "rail has a rotation motor; its type must be spherical, distance, point_on_line or free.",
+        "rail has a rotation motor; its type must be spherical, distance, point_on_line, point_in_plane, "
+        "constant_velocity or free.",
     ),
     "joint": ([_core.RotationMotor(3)], "A rotation motor acts on joint 3; allowed are 0 to 0."),
 }
@@ -326,11 +377,3 @@ REFUSED = {
 def test_what_makes_no_sense_is_refused(elements, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         sledge(*elements).validate()
-
-
-def test_an_armature_at_a_node_is_refused():
-    _, tree = make_tree(1, Type.revolute, {0, 1, 2})
-    joint = next(j for j, d in enumerate(tree.definition.joints) if d.frame1.node >= 0 or d.frame2.node >= 0)
-    tree.definition.add(_core.JointArmature(joint, 1.0))
-    with pytest.raises(ValueError, match=rf"^joint{joint} has an armature and is at a node"):
-        tree.definition.validate()

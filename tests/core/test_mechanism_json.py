@@ -209,7 +209,10 @@ def drop(*path):
     return apply
 
 
-TYPES = "spherical, revolute, universal, prismatic, fixed, cylindrical, planar, distance, point_on_line or free"
+TYPES = (
+    "spherical, revolute, universal, prismatic, fixed, cylindrical, planar, distance, point_on_line, free, screw, "
+    "constant_velocity or point_in_plane"
+)
 WRONG = {
     "no object": (lambda d: [], "The mechanism is []; it must be an object."),
     "no version": (drop("sigmafmu"), "sigmafmu is missing."),

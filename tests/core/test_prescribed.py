@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 from sigmafmu import _core
@@ -298,6 +299,38 @@ def test_a_deck_that_the_master_moves():
     assert slave.get("crate.position[3]") == pytest.approx(wave(1.0, 0), abs=1e-5)
     assert slave.get("crate.rotationVector[1]") == pytest.approx(wave(2.0, 0), abs=1e-5)
     assert slave.get("weld.reactionForce[3]") == pytest.approx(2.0 * wave(1.0, 2), abs=0.3)
+
+
+def test_what_it_takes_to_move_a_deck():
+    """Newton and Euler of a crate off the deck's origin, and what a spring and a rotor hold against it."""
+    up, turn = _core.Table([0.0, 0.4, 1.0], [0.0, 0.3, 0.1]), _core.Table([0.0, 0.5, 1.0], [0.0, 0.4, 1.0])
+    at = _core.Frame(np.array([0.5, 0, 0]), np.eye(3), 0)
+    parts = [
+        body("crate", 2.0, (0.1, 0.2, 0.3), (0.5, 0, 0)), body("wheel", 1.0, (0.05,) * 3),
+        _core.FrameMotion("deck", tables=[None, None, up, None, None, turn]),
+        _core.Joint("weld", Type.fixed, GROUND, at, 0, HERE),
+        _core.Joint("axle", Type.revolute, GROUND, _core.Frame(np.zeros(3), np.eye(3), 0), 1, HERE),
+        _core.JointSpring(1, 3.0), _core.JointArmature(1, 0.4),
+        _core.SpringDamper("spring", GROUND, np.zeros(3), 0, np.zeros(3), np.full(3, 40.0), np.zeros(3)),
+    ]  # fmt: skip
+    m = mechanism(*parts, gravity=(0, 0, -9.81))
+    energies, powers = [], []
+    for slave in run(m, 0.9, 1e-3):
+        energies.append(slave.get("energy.total"))
+        powers.append(slave.get("deck.power"))
+    vdot = np.array([slave.get(f"crate.acceleration[{i}]") for i in (1, 2, 3)])
+    place = np.array([slave.get(f"crate.position[{i}]") for i in (1, 2, 3)])
+    # the wheel is held by the spring and, by its armature, by a c'' of the hinge
+    axle = 3.0 * slave.get("axle.angle") + 0.4 * slave.get("axle.angularAcceleration")
+    pull = 2.0 * (vdot + np.array([0, 0, 9.81])) + 40.0 * place
+    deck = np.array([0, 0, place[2]])
+    wheel = np.array([0, 0, 1.0 * (9.81 + slave.get("wheel.acceleration[3]"))])
+    spin = np.array([0, 0, 0.3 * slave.get("crate.angularAcceleration[3]")])
+    force, torque = ([slave.get(f"deck.{n}[{i}]") for i in (1, 2, 3)] for n in ("force", "torque"))
+    assert force == pytest.approx(pull + wheel, rel=1e-9, abs=1e-9)
+    assert torque == pytest.approx(np.cross(place - deck, pull) + spin - [0, 0, axle], rel=1e-9, abs=1e-9)
+    # the table's curvature has kinks, so that the rule of Simpson is of order 3: 1e-3 s
+    assert energies[-1] - energies[0] == pytest.approx(simpson(powers, dx=1e-3), rel=1e-5)
 
 
 # --- definitions -----------------------------------------------------------------------------------------------------

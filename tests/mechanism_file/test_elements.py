@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from sigmafmu import _core
 
-from .helpers import HEAD, complaint, read
+from .helpers import HEAD, complaint, complaints, read
 
 EPS = float(np.finfo(float).eps)
 BODIES = """bodies:
@@ -148,9 +148,9 @@ joints:
 @pytest.mark.parametrize(
     ("text", "terms", "offset"),
     [
-        ("gear, joints: [j, k], ratio: -2", [("j", 0, [0, 2]), ("k", 0, [0, 1])], None),
-        ("rack_and_pinion, joints: [j, k.displacement], radius: 3 cm", [("j", 0, [0, -0.03]), ("k", 1, [0, 1])], None),
-        ("mimic, joints: [k, j], polynomial: [1, 2, 3]", [("k", 0, [0, 1]), ("j", 0, [-1, -2, -3])], 0),
+        ("gear, joints: [j, k], ratio: -2", [("j", 0, [0, -2]), ("k", 0, [0, -1])], None),
+        ("rack_and_pinion, joints: [j, k.displacement], radius: 3 cm", [("j", 0, [0, 0.03]), ("k", 1, [0, -1])], None),
+        ("mimic, joints: [k, j], polynomial: [1, 2, 3]", [("k", 0, [0, -1]), ("j", 0, [1, 2, 3])], 0),
         (
             "differential, joints: [j, k, k.displacement]",
             [("j", 0, [0, 1]), ("k", 0, [0, -0.5]), ("k", 1, [0, -0.5])],
@@ -167,6 +167,66 @@ def test_couplings(text, terms, offset):
     found = read(f"{HEAD}{HINGES}couplings:\n  c: {{type: {text}}}\n").definition["couplings"][0]
     assert [(t["joint"], t["coordinate"], t["polynomial"]) for t in found["terms"]] == terms
     assert found.get("offset") == offset
+
+
+def test_numbers_of_couplings_are_parameters_of_the_fmu():
+    found = read(f"{HEAD}{HINGES}couplings:\n  c: {{type: gear, joints: [j, k], ratio: -2}}\n")
+    assert found.definition["couplings"][0]["type"] == "gear"
+    slave = _core.Slave(found.mechanism)
+    assert slave.get("c.ratio") == -2.0
+
+
+def test_tendons():
+    found = read(
+        f"{HEAD}{HINGES}tendons:\n  t: {{joints: [j, k.displacement], coefficients: [20 mm, 1], stiffness: 3 N/mm, "
+        "free_length: -1 cm}\n"
+    )
+    assert found.definition["tendons"] == [
+        {
+            "name": "t",
+            "terms": [
+                {"joint": "j", "coordinate": 0, "coefficient": 0.02},
+                {"joint": "k", "coordinate": 1, "coefficient": 1},
+            ],
+            "stiffness": 3000,
+            "free_length": -0.01,
+        }
+    ]
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    assert slave.get("t.force") == pytest.approx(3000 * (0.02 * 0.5 + 0.01), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "angle", "displacement"),
+    [
+        ("coordinate: 90 deg", np.pi / 2, 0.005),
+        ("displacement: 5 mm", np.pi / 2, 0.005),
+        ("displacement: 45 mm", np.pi / 2, 0.045),
+        ("coordinate: 90 deg, displacement: 25 mm", np.pi / 2, 0.025),
+    ],
+)
+def test_a_screw_is_placed_by_its_angle_or_its_displacement(text, angle, displacement):
+    joint = f"{{type: screw, bodies: [ground, a], frame1: {{}}, pitch: 2 cm, rate: 3, {text}}}"
+    found = read(f"{HEAD}bodies:\n  a: {{mass: 1, inertia: [1, 1, 1]}}\njoints:\n  j: {joint}\n")
+    assert not found.moves
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    assert slave.get("j.displacement") == pytest.approx(displacement, abs=1e-14)
+    assert np.remainder(slave.get("j.angle"), 2 * np.pi) == pytest.approx(angle, abs=1e-12)
+    assert slave.get("j.rate") == pytest.approx(3 * 0.02 / (2 * np.pi), rel=1e-12)
+
+
+def test_a_reaction_is_told_where_it_is_wanted():
+    found = read(
+        f"{HEAD}bodies:\n  a: {{mass: 1, inertia: [1, 1, 1], position: [1, 0, 0]}}\njoints:\n"
+        "  j: {type: fixed, bodies: [ground, a], frame1: {position: [1, 0, 0]}, frame2: {orientation: "
+        "{rpy: [0, 0, 0]}}, reaction: {at: frame1, point: [-1, 0, 0], axes: frame1}}\n"
+    )
+    slave = _core.Slave(found.mechanism)
+    slave.start()
+    assert slave.get("j.reactionForce[3]") == pytest.approx(9.81, rel=1e-12)
+    assert slave.get("j.reactionTorque[2]") == pytest.approx(-9.81, rel=1e-12)  # 1 m from the ground's origin
 
 
 def test_a_mimic_moves_its_follower_to_where_it_belongs():
@@ -187,6 +247,36 @@ def test_drives():
         {"joint": "j", "coordinate": 0, "motion": "rate", "table": {"times": [0, 0.5], "values": [0, turn]}},
         {"joint": "k", "coordinate": 1, "motion": "acceleration", "value": 0.0, "input": True},
     ]
+
+
+def with_table(folder, lines):
+    (folder / "speed.csv").write_text(lines, encoding="utf-8")
+    return f"{HEAD}{HINGES}drives:\n  j: {{motion: rate, table: speed.csv}}\n"
+
+
+@pytest.mark.parametrize("header", ["", "time,rate\n", "\ufefftime [s],rate [rad/s]\n\n"])
+def test_a_table_may_be_a_csv_file(tmp_path, header):
+    found = read(with_table(tmp_path, f"{header}0,0,what\n0.5,2\n1,-1e-3\n"), tmp_path / "some.yaml")
+    assert found.definition["drives"][0]["table"] == {"times": [0, 0.5, 1], "values": [0, 2, -1e-3]}
+
+
+@pytest.mark.parametrize(
+    ("lines", "what"),
+    [
+        ("0,0\n1,one\n", '"speed.csv" has no two numbers in line 2; every line must begin with time and value'),
+        ("0\n1\n", "has no two numbers in line 2"),
+        ("0,0\n", '"speed.csv" has 1 points; it must have two'),
+        ("0,0\n2,1\n1,1\n", "line 3 of speed.csv: comes at 1 after 2; points must ascend"),
+        ("0,0\n1,nan\n", "line 2 of speed.csv[2]: is nan; it must be finite"),
+    ],
+)
+def test_mistakes_in_a_csv_file(tmp_path, lines, what):
+    assert what in complaints(with_table(tmp_path, lines), tmp_path / "some.yaml")[0]
+
+
+def test_a_csv_file_must_be_there():
+    message = complaint(f"{HEAD}{HINGES}drives:\n  j: {{motion: rate, table: none.csv}}\n")
+    assert 'drives.j.table: "none.csv" cannot be read: No such file or directory; it must be a CSV file' in message
 
 
 def test_what_is_driven_by_an_input_follows_it():

@@ -161,6 +161,24 @@ def body(text: str) -> str:
             "it must have one for each of the 2 joints",
         ),
         (
+            JOINT + f"{TWO}tendons:\n  t: {{joints: [j, k], coefficients: [1]}}",
+            10,
+            "tendons.t.coefficients",
+            "it must have one for each of the 2 joints",
+        ),
+        (
+            JOINT + f"{TWO}tendons:\n  t: {{joints: [j, j], coefficients: [1, 2]}}",
+            10,
+            "tendons.t.joints",
+            "has j twice; coordinates must differ",
+        ),
+        (
+            JOINT + f"{TWO}tendons:\n  t: {{joints: [j, k], coefficients: [1, 0]}}",
+            10,
+            "tendons.t.coefficients",
+            "coefficients must not be 0",
+        ),
+        (
             JOINT + f"{TWO}drives:\n  j: {{motion: rate, table: [[0, 1], [1 s, 60 rpm], [0.5, 2]]}}",
             10,
             "drives.j.table[3]",

@@ -54,7 +54,28 @@ void bind_definitions(nb::module_& m) {
       .value("planar", JointType::planar)
       .value("distance", JointType::distance)
       .value("point_on_line", JointType::point_on_line)
-      .value("free", JointType::free);
+      .value("free", JointType::free)
+      .value("screw", JointType::screw)
+      .value("constant_velocity", JointType::constant_velocity)
+      .value("point_in_plane", JointType::point_in_plane);
+  nb::enum_<ReactionDef::At>(m, "ReactionAt")
+      .value("frame1", ReactionDef::At::frame1)
+      .value("frame2", ReactionDef::At::frame2);
+  nb::enum_<ReactionDef::Axes>(m, "ReactionAxes")
+      .value("ground", ReactionDef::Axes::ground)
+      .value("frame1", ReactionDef::Axes::frame1)
+      .value("frame2", ReactionDef::Axes::frame2);
+  nb::class_<ReactionDef>(m, "Reaction", "About which point and in which axes a joint tells its reaction.")
+      .def(
+          "__init__",
+          [](ReactionDef* r, ReactionDef::At at, const Vector3d& point, ReactionDef::Axes axes) {
+            new (r) ReactionDef{at, point, axes};
+          },
+          "at"_a = ReactionDef::At::frame2, "point"_a = Vector3d(Vector3d::Zero()),
+          "axes"_a = ReactionDef::Axes::ground)
+      .def_ro("at", &ReactionDef::at)
+      .def_ro("point", &ReactionDef::point)
+      .def_ro("axes", &ReactionDef::axes);
   using Shapes = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
   const auto rows = [](const Shapes& a) -> MatrixXd {  // n x 3 x f -> 3n x f
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -106,11 +127,14 @@ void bind_definitions(nb::module_& m) {
       .def(
           "__init__",
           [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
-             const Frame& frame2, double length) {
+             const Frame& frame2, double length, double pitch, const ReactionDef& reaction) {
             new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2};
             j->length = length;
+            j->pitch = pitch;
+            j->reaction = reaction;
           },
-          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "length"_a = JointDef::kNotSet)
+          "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "length"_a = JointDef::kNotSet,
+          "pitch"_a = JointDef::kNotSet, "reaction"_a = ReactionDef{})
       .def_rw("name", &JointDef::name)
       .def_rw("type", &JointDef::type)
       .def_ro("body1", &JointDef::body1)
@@ -120,6 +144,8 @@ void bind_definitions(nb::module_& m) {
       .def_rw("initial_coordinates", &JointDef::initial_coordinates, "Of each of its coordinates; nan: not set.")
       .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set")
       .def_rw("length", &JointDef::length, "Of a distance joint [m]; nan: what it is at the start.")
+      .def_rw("pitch", &JointDef::pitch, "Of a screw: the displacement of a turn [m].")
+      .def_rw("reaction", &JointDef::reaction)
       .def("word", &JointDef::word, "coordinate"_a, "of_angle"_a, "of_displacement"_a,
            "What a variable of one of its coordinates is called.");
   nb::class_<SpringDamperDef>(m, "SpringDamper")
@@ -246,6 +272,11 @@ void bind_definitions(nb::module_& m) {
       .def_ro("axes", &MotionDef::axes)
       .def_ro("input", &MotionDef::input)
       .def_ro("tables", &MotionDef::tables);
+  nb::enum_<CouplingDef::Type>(m, "CouplingType")
+      .value("sum", CouplingDef::Type::sum)
+      .value("gear", CouplingDef::Type::gear)
+      .value("rack_and_pinion", CouplingDef::Type::rack_and_pinion)
+      .value("mimic", CouplingDef::Type::mimic);
   nb::class_<CouplingDef::Term>(m, "CouplingTerm")
       .def(
           "__init__",
@@ -265,6 +296,7 @@ void bind_definitions(nb::module_& m) {
           "name"_a, "terms"_a, "offset"_a = CouplingDef::kNotSet)
       .def_ro("name", &CouplingDef::name)
       .def_ro("terms", &CouplingDef::terms)
+      .def_ro("type", &CouplingDef::type)
       .def_ro("offset", &CouplingDef::offset, "nan: what the sum is at the start.");
   m.def("gear", &gear, "name"_a, "first"_a, "second"_a, "ratio"_a);
   m.def("rack_and_pinion", &rack_and_pinion, "name"_a, "pinion"_a, "rack"_a, "radius"_a);

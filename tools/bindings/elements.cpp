@@ -226,10 +226,37 @@ void bind_contacts(nb::module_& m) {
       .def_rw("surface", &SphereContactDef::surface);
 }
 
+void bind_tendon(nb::module_& m) {
+  nb::class_<TendonDef::Term>(m, "TendonTerm")
+      .def(
+          "__init__",
+          [](TendonDef::Term* t, int joint, double coefficient, int coordinate) {
+            new (t) TendonDef::Term{joint, coordinate, coefficient};
+          },
+          "joint"_a, "coefficient"_a = 1.0, "coordinate"_a = 0)
+      .def_ro("joint", &TendonDef::Term::joint)
+      .def_ro("coordinate", &TendonDef::Term::coordinate)
+      .def_ro("coefficient", &TendonDef::Term::coefficient);
+  nb::class_<TendonDef>(m, "Tendon", "Tension k (L - L_0) + d L' in a sum L of coordinates of joints.")
+      .def(
+          "__init__",
+          [](TendonDef* t, std::string name, std::vector<TendonDef::Term> terms, double stiffness, double damping,
+             double free_length) {
+            new (t) TendonDef{std::move(name), std::move(terms), stiffness, damping, free_length};
+          },
+          "name"_a, "terms"_a, "stiffness"_a = 0.0, "damping"_a = 0.0, "free_length"_a = 0.0)
+      .def_ro("name", &TendonDef::name)
+      .def_ro("terms", &TendonDef::terms)
+      .def_rw("stiffness", &TendonDef::stiffness)
+      .def_rw("damping", &TendonDef::damping)
+      .def_rw("free_length", &TendonDef::free_length);
+}
+
 }  // namespace
 
 void bind_elements(nb::module_& m) {
   bind_sensors(m);
+  bind_tendon(m);
   bind_springs(m);
   nb::class_<FollowerForceDef>(m, "FollowerForce", "A force and a torque in the axes of a body.")
       .def(
@@ -251,6 +278,7 @@ void bind_elements(nb::module_& m) {
 
 void bind_element_lists(nb::class_<MultibodyDef>& c) {
   c.def_ro("line_springs", &MultibodyDef::line_springs)
+      .def_ro("tendons", &MultibodyDef::tendons)
       .def_ro("table_springs", &MultibodyDef::table_springs)
       .def_ro("torsion_springs", &MultibodyDef::torsion_springs)
       .def_ro("bushings", &MultibodyDef::bushings)
@@ -261,6 +289,7 @@ void bind_element_lists(nb::class_<MultibodyDef>& c) {
       .def_ro("plane_contacts", &MultibodyDef::plane_contacts)
       .def_ro("sphere_contacts", &MultibodyDef::sphere_contacts)
       .def("add", nb::overload_cast<LineSpringDef>(&MultibodyDef::add))
+      .def("add", nb::overload_cast<TendonDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<TableSpringDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<TorsionSpringDef>(&MultibodyDef::add))
       .def("add", nb::overload_cast<BushingDef>(&MultibodyDef::add))

@@ -157,7 +157,7 @@ struct PySystem {
     check(q, vdot);
     system.evaluate(q, v, start, e);
     const int c = coordinate_of(joint, k);
-    return c < 0 ? NAN : system.coordinate_acceleration(e, c, v, vdot);
+    return c < 0 ? NAN : system.coordinate_acceleration(e, c, vdot);
   }
   nb::tuple coordinates(const VectorXd& q, const VectorXd& v) {
     check(q, v);
@@ -322,7 +322,8 @@ void bind_system(nb::module_& m) {
       .def("coordinates", &PySystem::coordinates, "q"_a, "v"_a,
            "Coordinates of all joints and their rates, joint after joint.")
       .def("kinds_of_coordinates", &PySystem::kinds_of_coordinates, "(whether it is an angle, its joint) for each.")
-      .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a, "(force, torque) on body 2, in W")
+      .def("reaction", &PySystem::reaction, "q"_a, "v"_a, "lambda_"_a, "joint"_a,
+           "(force, torque) on body 2, as the joint's definition wants them.")
       .def("compose", &PySystem::compose, "q"_a, "theta"_a)
       .def("project_positions", &PySystem::project_positions, "q"_a)
       .def("project_velocities", &PySystem::project_velocities, "q"_a, "v"_a);

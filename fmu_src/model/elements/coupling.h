@@ -14,6 +14,14 @@
 namespace sigmafmu {
 
 struct CouplingDef {
+  // What its parameters in the FMU are called, fixed while it runs: the sum keeps what it is at the start, and a ratio
+  // that changed would move what is coupled.
+  enum class Type {
+    sum,              // none
+    gear,             // ratio:      p_1 = ratio x_1,  p_2 = -x_2
+    rack_and_pinion,  // radius:     the same
+    mimic,            // polynomial: p_1 = -x_1,  p_2 = polynomial
+  };
   static constexpr double kNotSet = std::numeric_limits<double>::quiet_NaN();
 
   struct Term {
@@ -24,9 +32,13 @@ struct CouplingDef {
   std::string name;
   std::vector<Term> terms;
   double offset = kNotSet;
+  Type type = Type::sum;
 
   void check(const MultibodyDef& definition) const;
 };
+
+// In the order of the enumeration.
+const std::vector<std::string>& coupling_type_names();
 
 // Coordinate 0 of both joints: the rate of the second is `ratio` times that of the first, negative where they turn the
 // other way.

@@ -24,6 +24,7 @@
 #include "model/elements/sphere_contact.h"
 #include "model/elements/spring_damper.h"
 #include "model/elements/table_spring.h"
+#include "model/elements/tendon.h"
 #include "model/elements/torsion_spring.h"
 
 namespace sigmafmu {
@@ -44,6 +45,7 @@ void for_each_force_list(Any& d, Use use) {
   use("forces", d.plane_contacts);
   use("forces", d.sphere_contacts);
   use("forces", d.cloud_contacts);
+  use("tendons", d.tendons);
   use("joint_springs", d.joint_springs);
   use("joint_frictions", d.joint_frictions);
   use("joint_stops", d.joint_stops);

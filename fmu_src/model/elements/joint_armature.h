@@ -21,8 +21,7 @@ struct JointArmatureDef : OnCoordinate {
     };
     return table;
   }
-  // Nodes of flexible bodies have none.
-  void check(const References& of) const;
+  void check(const References& of) const { of.coordinate("An armature", joint, coordinate); }
 };
 
 }  // namespace sigmafmu

@@ -17,9 +17,13 @@ void RotationMotorDef::check(const References& of) const {
     case JointType::distance:
     case JointType::point_on_line:
     case JointType::free:
+    case JointType::constant_velocity:
+    case JointType::point_in_plane:
       return;
     default:
-      validation::fail(j.name, " has a rotation motor; its type must be spherical, distance, point_on_line or free.");
+      validation::fail(j.name,
+                       " has a rotation motor; its type must be spherical, distance, point_on_line, point_in_plane, "
+                       "constant_velocity or free.");
   }
 }
 

@@ -25,11 +25,12 @@ class Joint final : public Constraint {
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;
 
-  // Force [N] and torque [N m] about the joint's origin on body 2 that the constraint exerts, in W.
+  // Force [N] and torque [N m] on body 2 that the constraint exerts: about the point and in the axes that the
+  // definition asks for, which are the origin of frame 2 and W where it does not.
   struct Reaction {
     Vector3d force, torque;
   };
-  Reaction reaction(const FrameKinematics& k2, const ConstRows& B2, const double* lambda) const;
+  Reaction reaction(const Kinematics& k, const ConstRows& B2, const double* lambda) const;
 
  private:
   JointType type_;
@@ -38,9 +39,12 @@ class Joint final : public Constraint {
   PointCoincidence origins_;
   std::vector<AxialDistance> distances_;
   std::vector<PointDistance> rods_;
+  std::vector<Thread> threads_;
   std::vector<PerpendicularAxes> perpendiculars_;
+  std::vector<NoTwist> no_twists_;
   Frame frame1_, frame2_;
   std::vector<JointCoordinate> coordinates_;
+  ReactionDef tells_;
 };
 
 }  // namespace sigmafmu

@@ -76,4 +76,43 @@ struct PerpendicularAxes {
   void stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda, const FramePairs& K) const;
 };
 
+// Phi = l sin(s/l - phi) with the distance s along an axis n_1 and the angle phi from x_1 to x_2 about it: s = l phi on
+// a thread of lead l [m/rad] (1 row) [m]. With c = cos(phi) = x_1 . x_2, d = sin(phi) = y_1 . x_2 and t = s/l
+//
+//   Phi = l (c sin t - d cos t),   F_s = c cos t + d sin t,   F_c = l sin t,   F_d = -l cos t,
+//   F_ss = (d cos t - c sin t)/l,  F_sc = cos t,   F_sd = sin t,
+//   B = F_s B_s + F_c B_c + F_d B_d,
+//   Z = F_s Z_s + F_c Z_c + F_d Z_d + (F_ss s' + F_sc c' + F_sd d') B_s + s' (F_sc B_c + F_sd B_d),
+//
+// and K likewise. No turn of the thread is told from another, so nothing has to be counted.
+struct Thread {
+  AxialDistance along;
+  PerpendicularAxes cosine, sine;
+  double lead = 0;
+
+  double gap(const FrameKinematics& k1, const FrameKinematics& k2) const;
+  void gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1, Rows B2) const;
+  void rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1, Rows Z2) const;
+  void stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda, const FramePairs& K) const;
+  // Half a turn from the thread Phi is zero as well; false there.
+  bool turns_agree(const FrameKinematics& k1, const FrameKinematics& k2) const;
+
+ private:
+  struct Values {
+    double phi, s, c, d, ss, sc, sd;  // Phi, F_s, F_c, ...
+  };
+  Values values(const FrameKinematics& k1, const FrameKinematics& k2) const;
+};
+
+// Phi = (x_1 . y_2 - y_1 . x_2)/2: frame 2 comes from frame 1 by a turn about an axis of the plane of x_1 and y_1,
+// without twist (1 row, rotations only). Then both axes z turn equally fast: (w_2 - w_1) . (z_1 + z_2) = 0.
+struct NoTwist {
+  PerpendicularAxes x1_y2, y1_x2;
+
+  double gap(const FrameKinematics& k1, const FrameKinematics& k2) const;
+  void gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1, Rows B2) const;
+  void rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1, Rows Z2) const;
+  void stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda, const FramePairs& K) const;
+};
+
 }  // namespace sigmafmu

@@ -1,6 +1,8 @@
 // Definitions of primitives.h, for the files that call them: apart, for the sake of all those that only hold a joint.
 #pragma once
 
+#include <cmath>
+
 #include "lie/isotropic_operator.h"
 #include "multibody/constraints/primitives.h"
 
@@ -193,6 +195,118 @@ inline void PerpendicularAxes::stiffness(const FrameKinematics& k1, const FrameK
     K(0, 1).bottomRightCorner<3, 3>() -= cross;
     K(1, 0).bottomRightCorner<3, 3>() -= cross.transpose();
   }
+}
+
+namespace primitives {
+
+// One row for each of two frames.
+struct RowPair {
+  double values[12] = {};
+  Rows first{values, 1, kVelocitiesPerBody}, second{values + 6, 1, kVelocitiesPerBody};
+
+  double rate(const FrameKinematics& k1, const FrameKinematics& k2) const {
+    return first.row(0).head<3>().dot(k1.v_WB) + first.row(0).tail<3>().dot(k1.w_WB_B) +
+           second.row(0).head<3>().dot(k2.v_WB) + second.row(0).tail<3>().dot(k2.w_WB_B);
+  }
+};
+template <typename Equation>
+struct GradientOf : RowPair {
+  GradientOf(const Equation& e, const FrameKinematics& k1, const FrameKinematics& k2) {
+    e.gradient(k1, k2, 0, first, second);
+  }
+};
+template <typename Equation>
+struct RateOf : RowPair {
+  RateOf(const Equation& e, const FrameKinematics& k1, const FrameKinematics& k2) { e.rate(k1, k2, 0, first, second); }
+};
+
+// K += factor a^T b.
+inline void add_product(double factor, const RowPair& a, const RowPair& b, const FramePairs& K) {
+  const Rows* rows[] = {&a.first, &a.second};
+  const Rows* columns[] = {&b.first, &b.second};
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      if (K.has(i, j)) K(i, j).noalias() += (factor * rows[i]->row(0).transpose()) * columns[j]->row(0);
+    }
+  }
+}
+
+}  // namespace primitives
+
+inline Thread::Values Thread::values(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  const double t = along.gap(k1, k2) / lead, c = cosine.gap(k1, k2), d = sine.gap(k1, k2);
+  const double sin = std::sin(t), cos = std::cos(t), across = c * sin - d * cos;
+  return {lead * across, c * cos + d * sin, lead * sin, -lead * cos, -across / lead, cos, sin};
+}
+
+inline double Thread::gap(const FrameKinematics& k1, const FrameKinematics& k2) const { return values(k1, k2).phi; }
+
+inline bool Thread::turns_agree(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  return values(k1, k2).s > 0;
+}
+
+inline void Thread::gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1, Rows B2) const {
+  using primitives::GradientOf;
+  const Values F = values(k1, k2);
+  const GradientOf s(along, k1, k2);
+  const GradientOf c(cosine, k1, k2), d(sine, k1, k2);
+  B1.row(row) = F.s * s.first + F.c * c.first + F.d * d.first;
+  B2.row(row) = F.s * s.second + F.c * c.second + F.d * d.second;
+}
+
+inline void Thread::rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1, Rows Z2) const {
+  using primitives::GradientOf;
+  using primitives::RateOf;
+  const Values F = values(k1, k2);
+  const GradientOf s(along, k1, k2);
+  const GradientOf c(cosine, k1, k2), d(sine, k1, k2);
+  const RateOf s_rate(along, k1, k2);
+  const RateOf c_rate(cosine, k1, k2), d_rate(sine, k1, k2);
+  const double sdot = s.rate(k1, k2);
+  const double bend = F.ss * sdot + F.sc * c.rate(k1, k2) + F.sd * d.rate(k1, k2);
+  Z1.row(row) = F.s * s_rate.first + F.c * c_rate.first + F.d * d_rate.first + bend * s.first +
+                sdot * (F.sc * c.first + F.sd * d.first);
+  Z2.row(row) = F.s * s_rate.second + F.c * c_rate.second + F.d * d_rate.second + bend * s.second +
+                sdot * (F.sc * c.second + F.sd * d.second);
+}
+
+inline void Thread::stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda,
+                              const FramePairs& K) const {
+  using primitives::add_product;
+  using primitives::GradientOf;
+  const Values F = values(k1, k2);
+  const GradientOf s(along, k1, k2);
+  const GradientOf c(cosine, k1, k2), d(sine, k1, k2);
+  along.stiffness(k1, k2, lambda * F.s, K);
+  cosine.stiffness(k1, k2, lambda * F.c, K);
+  sine.stiffness(k1, k2, lambda * F.d, K);
+  add_product(lambda * F.ss, s, s, K);
+  add_product(lambda * F.sc, s, c, K);
+  add_product(lambda * F.sc, c, s, K);
+  add_product(lambda * F.sd, s, d, K);
+  add_product(lambda * F.sd, d, s, K);
+}
+
+inline double NoTwist::gap(const FrameKinematics& k1, const FrameKinematics& k2) const {
+  return 0.5 * (x1_y2.gap(k1, k2) - y1_x2.gap(k1, k2));
+}
+
+inline void NoTwist::gradient(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows B1, Rows B2) const {
+  const primitives::GradientOf a(x1_y2, k1, k2), b(y1_x2, k1, k2);
+  B1.row(row) = 0.5 * (a.first - b.first);
+  B2.row(row) = 0.5 * (a.second - b.second);
+}
+
+inline void NoTwist::rate(const FrameKinematics& k1, const FrameKinematics& k2, int row, Rows Z1, Rows Z2) const {
+  const primitives::RateOf a(x1_y2, k1, k2), b(y1_x2, k1, k2);
+  Z1.row(row) = 0.5 * (a.first - b.first);
+  Z2.row(row) = 0.5 * (a.second - b.second);
+}
+
+inline void NoTwist::stiffness(const FrameKinematics& k1, const FrameKinematics& k2, double lambda,
+                               const FramePairs& K) const {
+  x1_y2.stiffness(k1, k2, 0.5 * lambda, K);
+  y1_x2.stiffness(k1, k2, -0.5 * lambda, K);
 }
 
 }  // namespace sigmafmu

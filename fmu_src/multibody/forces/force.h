@@ -33,7 +33,7 @@ class Force {
  public:
   virtual ~Force() = default;
 
-  static constexpr int kMostFrames = 2;  // of any force
+  static constexpr int kMostFrames = 2;  // of any force but a Tendon
   virtual int frame_count() const = 0;
   virtual const std::vector<ForcePort>& ports() const = 0;
   // Takes over what may change while the System is in use.
@@ -47,7 +47,7 @@ class Force {
   virtual double energy(const Kinematics&, const Inputs&) const { return 0.0; }
   virtual Stiffest stiffest() const { return {}; }
   // Of its forces on all frames [W].
-  double power(const Kinematics& k, const Inputs& u) const {
+  virtual double power(const Kinematics& k, const Inputs& u) const {
     constexpr std::array<int, kMostFrames> offsets = {0, 6};
     std::array<double, 6 * kMostFrames> r = {};
     add(k, u, {r.data(), offsets.data()});

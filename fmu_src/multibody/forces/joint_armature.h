@@ -3,8 +3,7 @@
 //   T = a c'^2 / 2,   M += a B^T B,   r += B^T a c'',   c'' = B vdot + Z v,
 //   K += B^T a d(c'')/d(motion) + d(B^T s)/d(motion) at s = a c'',   C += B^T a d(c'')/dv.
 //
-// It takes part in M, so the System asks for all this beside the forces; as a force it has none. Its joint is at the
-// frames of its bodies, never at a node.
+// It takes part in M, so the System asks for all this beside the forces; as a force it has none.
 #pragma once
 
 #include "multibody/forces/force.h"

@@ -6,7 +6,8 @@ namespace sigmafmu {
 
 const std::vector<ForcePort>& RotationMotor::ports() const {
   static const std::vector<ForcePort> table = {
-      {"rotationVector", 3, "Angle", "Orientation of the second frame in the first one, at most pi long",
+      {"rotationVector", 3, "Angle",
+       "Orientation of the second frame in the first one, at most pi long: it jumps where the turn passes pi",
        [](const Force& f, const Kinematics& k, const Inputs&, double* x) {
          Vector3d::Map(x) = static_cast<const RotationMotor&>(f).rotation_vector(k);
        }},

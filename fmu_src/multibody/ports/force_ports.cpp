@@ -24,6 +24,21 @@ void output(const View& view, int object, int port, double* values) {
   force.ports()[port].output(force, view.system.force_kinematics(view.evaluation, object), view.inputs, values);
 }
 
+void tendon_coefficients(Ports& ports, const TendonDef& tendon, int index) {
+  for (std::size_t i = 0; i < tendon.terms.size(); ++i) {
+    const TendonDef::Term& term = tendon.terms[i];
+    const JointDef& joint = ports.mechanism.multibody.joints[term.joint];
+    const bool turns = joint.turns(term.coordinate);
+    const std::string name = tendon.name + ".coefficient[" + std::to_string(i + 1) + "]";
+    Port& p = ports.parameter(
+        index, name, turns ? "Displacement" : "Number",
+        "Length for each " + std::string(turns ? "rad of the angle of " : "m of the displacement of ") + joint.name,
+        [](Mechanism& m, int o, int, int k) -> double& { return m.multibody.tendons[o].terms[k].coefficient; },
+        Variability::tunable);
+    p.component = static_cast<int>(i);
+  }
+}
+
 // `index` among the forces of its type, `f` among all of the System.
 template <typename Def>
 void ports_of(Ports& ports, const Def& def, int index, int f) {
@@ -61,6 +76,7 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
                      Variability::tunable);
     ports.set_port(first, static_cast<int>(k));
   }
+  if constexpr (std::is_same_v<Def, TendonDef>) tendon_coefficients(ports, def, index);
 }
 
 }  // namespace

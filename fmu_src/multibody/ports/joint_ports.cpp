@@ -38,7 +38,7 @@ int drive_of(const MultibodyDef& d, int joint, int coordinate) {
 }
 
 void acceleration(const View& view, int c, int, double* value) {
-  *value = view.system.coordinate_acceleration(view.evaluation, c, view.v, view.vdot);
+  *value = view.system.coordinate_acceleration(view.evaluation, c, view.vdot);
 }
 
 void coordinate_ports(Ports& ports, int joint, int k) {
@@ -96,11 +96,23 @@ void joint_ports(Ports& ports, int j) {
     length.min = 0;
     length.above_min = true;
   }
-  const char* force = "Force of the joint on the second body, in W";
-  const char* torque = "Torque of the joint on the second body about the joint's point on it, in W";
+  if (joint.type() == JointType::screw) {
+    ports.parameter(
+        j, n + ".pitch", "Displacement", "Displacement of a turn, negative for a left-handed thread",
+        [](Mechanism& m, int o, int, int) -> double& { return m.multibody.joints[o].pitch; }, Variability::fixed);
+  }
+  const ReactionDef& tells = ports.mechanism.multibody.joints[j].reaction;
+  const std::string axes[] = {"in W", "in the axes of frame 1", "in the axes of frame 2"};
+  const std::string in_axes = ", " + axes[static_cast<int>(tells.axes)];
+  const std::string frame = tells.at == ReactionDef::At::frame1 ? "frame 1" : "frame 2";
+  const bool at_origin = tells.point.isZero(0);
+  const std::string point =
+      tells.is_default() ? "the joint's point on it" : (at_origin ? "the origin of " : "a point of ") + frame;
+  const std::string force = "Force of the joint on the second body" + in_axes;
+  const std::string torque = "Torque of the joint on the second body about " + point + in_axes;
   const Ports::Group both = ports.group(j, 6, reaction, true);
   ports.outputs(both, 0, n + ".reactionForce", 3, "Force", force);
-  if (joint.type() == JointType::spherical) {  // exactly zero, not the rounding of a difference
+  if (joint.type() == JointType::spherical && at_origin) {  // exactly zero, not the rounding of a difference
     ports.outputs(j, n + ".reactionTorque", 3, "Torque", torque,
                   [](const View&, int, int, double* x) { vector3(x).setZero(); });
   } else {
@@ -142,6 +154,38 @@ void coupling_forces(const View& view, int c, int, double* values) {
 
 }  // namespace
 
+namespace {
+
+void coupling_parameters(Ports& ports, int c) {
+  const CouplingDef& coupling = ports.mechanism.multibody.couplings[c];
+  using Type = CouplingDef::Type;
+  const auto ratio = [](Mechanism& m, int o, int, int) -> double& {
+    return m.multibody.couplings[o].terms[0].polynomial[1];
+  };
+  switch (coupling.type) {
+    case Type::sum:
+      return;
+    case Type::gear:
+      ports.parameter(c, coupling.name + ".ratio", "Number", "Rate of the second coordinate for that of the first",
+                      ratio, Variability::fixed);
+      return;
+    case Type::rack_and_pinion:
+      ports.parameter(c, coupling.name + ".radius", "Displacement", "Radius of the pinion: the rack's way for each rad",
+                      ratio, Variability::fixed);
+      return;
+    case Type::mimic:
+      break;
+  }
+  const auto coefficient = [](Mechanism& m, int o, int, int k) -> double& {
+    return m.multibody.couplings[o].terms[1].polynomial[k];
+  };
+  ports.parameters(c, coupling.name + ".polynomial", static_cast<int>(coupling.terms[1].polynomial.size()), "Number",
+                   "Coefficient of the follower's polynomial, from the constant on, in SI units", coefficient,
+                   Variability::fixed);
+}
+
+}  // namespace
+
 void coupling_ports(Ports& ports, int c) {
   const MultibodyDef& d = ports.mechanism.multibody;
   const CouplingDef& coupling = d.couplings[c];
@@ -156,12 +200,28 @@ void coupling_ports(Ports& ports, int c) {
         group, i, coupling.name + (turns ? ".torque" : ".force") + std::to_string(i + 1), turns ? "Torque" : "Force",
         std::string(turns ? "Torque about" : "Force along") + " the axis of " + joint.name + " on its second body");
   }
+  coupling_parameters(ports, c);
 }
+
+namespace {
+
+void moving_load(const View& view, int m, int, double* values) {
+  const System::MovingLoad load = view.system.moving_load(view.evaluation, m, view.vdot, view.lambda, view.inputs);
+  vector3(values) = load.force;
+  vector3(values + 3) = load.torque;
+  values[6] = load.power;
+}
+
+}  // namespace
 
 void motion_ports(Ports& ports, int m) {
   const MotionDef& motion = ports.mechanism.multibody.motions[m];
-  if (!motion.input) return;
   ports.owner(motion.name, "motion", "frame");
+  const Ports::Group load = ports.group(m, 7, moving_load, true);
+  ports.outputs(load, 0, motion.name + ".force", 3, "Force", "Force that moves the frame, in W");
+  ports.outputs(load, 3, motion.name + ".torque", 3, "Torque", "Torque that moves the frame, about its origin, in W");
+  ports.output(load, 6, motion.name + ".power", "Power", "Power that moves the frame").times_velocity = true;
+  if (!motion.input) return;
   const int first = ports.system.drive_count() + ports.system.coupling_count() + kPrescribedPerMotion * m;
   for (int i = 0; i < kPrescribedPerMotion; ++i) {
     const std::string number = "[" + std::to_string(i % 3 + 1) + "]";

@@ -122,7 +122,7 @@ class Layout:
     def _joint(self, entry: dict[str, Any]) -> Link:
         frames = [entry.get(key, {}) for key in ("frame1", "frame2")]
         places = [(frame.get("position", (0, 0, 0)), frame.get("node", -1)) for frame in frames]
-        if entry["type"] in ("prismatic", "cylindrical", "planar") and entry["bodies"][1] in self.bodies:
+        if entry["type"] in ("prismatic", "cylindrical", "planar", "screw") and entry["bodies"][1] in self.bodies:
             self.bodies[entry["bodies"][1]].guided = True
         return self._link(entry, places, [_rotation(frame.get("orientation", {})) for frame in frames])
 

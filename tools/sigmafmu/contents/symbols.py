@@ -11,6 +11,8 @@ from .solids import ball, box, cylinder, frame_with_z, spring, tube, turned, uni
 GREY, DARK, ORANGE, TEAL = "#b9bec4", "#5d646c", "#e0973f", "#4fa3a5"
 FOOT = 9.0
 """Length of a foot, in t."""
+GUIDED = ("prismatic", "cylindrical", "screw", "point_on_line")
+"""Joints that have a rail along z of their first frame."""
 
 
 def foot(point: np.ndarray, direction: np.ndarray, t: float, length: float = FOOT) -> Iterable[Part]:
@@ -32,7 +34,7 @@ def foot_direction(link: Link, t: float, down: np.ndarray) -> np.ndarray:
     other = link.bodies[1 - i]
     away = np.zeros(3) if other is None else link.points[i] - other.centre
     gap = float(np.linalg.norm(away))
-    axis = link.axes[i][:, 2] if link.type in ("revolute", "prismatic", "cylindrical", "point_on_line") else np.zeros(3)
+    axis = link.axes[i][:, 2] if link.type in ("revolute", *GUIDED) else np.zeros(3)
 
     def merit(d: np.ndarray) -> float:
         along_axis = abs(d @ axis) * (0.9 if gap > t else -0.9)
@@ -115,6 +117,33 @@ def point_on_line(link: Link, t: float) -> Iterable[Part]:
     yield Part(ball(link.points[1], 2.2 * t), DARK)
 
 
+def screw(link: Link, t: float) -> Iterable[Part]:
+    """Threaded rod along z with a nut."""
+    start, end = _guide(link, t)
+    z, length = link.axes[0][:, 2], float(np.linalg.norm(end - start))
+    yield cylinder(start, end, 0.9 * t), GREY
+    yield spring(start, end, 1.1 * t, 0.3 * t, int(np.clip(length / (1.2 * t), 6, 40))), DARK
+    yield cylinder(link.points[1] - 2 * t * z, link.points[1] + 2 * t * z, 2.8 * t, 6), DARK
+
+
+def constant_velocity(link: Link, t: float) -> Iterable[Part]:
+    """Ball in a ring, and both shafts."""
+    point, z = link.points[1], link.axes[0][:, 2]
+    yield ball(point, 2.4 * t), DARK
+    yield cylinder(point - 0.9 * t * z, point + 0.9 * t * z, 3.4 * t), GREY
+    for axis, side in ((z, -1), (link.axes[1][:, 2], 1)):
+        yield cylinder(point, point + side * 5 * t * axis, 1.1 * t), DARK
+
+
+def point_in_plane(link: Link, t: float) -> Iterable[Part]:
+    """Ball in a plate across z."""
+    R = link.axes[0]
+    offset = R.T @ (link.points[1] - link.points[0])
+    centre, size = R @ (offset / 2 * (1, 1, 0)), np.abs(offset) + 16 * t
+    yield box(link.points[0] + centre, (size[0], size[1], 0.8 * t), R), GREY
+    yield ball(link.points[1], 2.2 * t), DARK
+
+
 def free(_link: Link, _t: float) -> Iterable[Part]:
     """Nothing: it holds nothing."""
     yield from ()
@@ -127,7 +156,10 @@ def other(link: Link, t: float) -> Iterable[Part]:
 
 JOINTS: dict[str, Callable[[Link, float], Iterable[Part]]] = {
     f.__name__: f
-    for f in (spherical, revolute, universal, prismatic, cylindrical, planar, fixed, distance, point_on_line, free)
+    for f in (
+        *(spherical, revolute, universal, prismatic, fixed, cylindrical, planar, distance, point_on_line, free),
+        *(screw, constant_velocity, point_in_plane),
+    )
 }
 
 
@@ -141,7 +173,7 @@ def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     for body, point in zip(link.bodies, link.points, strict=True):
         if body is not None or link.type == "free":
             continue
-        if link.type in ("prismatic", "cylindrical", "point_on_line"):
+        if link.type in GUIDED:
             for end in _guide(link, t):
                 yield from foot(end, foot_direction(link, t, down), t, 5.0)
         else:

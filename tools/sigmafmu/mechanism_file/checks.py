@@ -125,6 +125,20 @@ def check_coupling(coupling: Record, context: Context) -> None:
         context.refuse(coupling.line_of("polynomials"), f"{coupling.where}.polynomials", text)
 
 
+def check_tendon(tendon: Record, context: Context) -> None:
+    """Coordinates differ, and coefficients are as many and not zero."""
+    joints, coefficients = tendon["joints"], tendon["coefficients"]
+    for name in {name for name in joints if joints.count(name) > 1}:
+        text = f"has {name} twice; coordinates must differ"
+        context.refuse(tendon.line_of("joints"), f"{tendon.where}.joints", text)
+    line, where = tendon.line_of("coefficients"), f"{tendon.where}.coefficients"
+    if len(coefficients) != len(joints):
+        text = f"has {len(coefficients)} entries; it must have one for each of the {len(joints)} joints"
+        context.refuse(line, where, text)
+    elif 0.0 in coefficients:
+        context.refuse(line, where, "has a 0; coefficients must not be 0")
+
+
 def check_mimics(couplings: Mapping[str, Record], context: Context) -> None:
     """No coordinate follows itself, over whatever others."""
     mimics = [coupling for coupling in couplings.values() if coupling["type"] == "mimic"]

@@ -19,7 +19,7 @@ from sigmafmu.mechanism_file.table.forces import FORCE_TYPES
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
 from sigmafmu.mechanism_file.table.mechanism import VERSION
 from sigmafmu.mechanism_file.table.outputs import SENSOR_ENDS
-from sigmafmu.mechanism_file.table.prescribed import COUPLING_TYPES, INPUT, MOTIONS, MOVING
+from sigmafmu.mechanism_file.table.prescribed import COUPLING_TYPES, INPUT, MOTIONS, MOVING, PARAMETERS
 
 Json = dict[str, Any]
 
@@ -44,6 +44,7 @@ def definition(file: Record, placement: Placement, modes: Mapping[str, int]) -> 
         "joints": [_joint(name, joint, placement) for name, joint in joints.items()],
         "loads": [{"name": name, **load} for name, load in file.get("loads", {}).items()],
         "forces": [_force(name, force, placement) for name, force in file.get("forces", {}).items()],
+        "tendons": [_tendon(name, tendon, joints) for name, tendon in file.get("tendons", {}).items()],
         **{kind: [entry for name, joint in joints.items() for entry in _acting(kind, name, joint)] for kind in ACTING},
         "rotation_motors": [{"joint": name} for name, joint in joints.items() if joint.get("motor")],
         "drives": [_drive(name, drive, joints) for name, drive in file.get("drives", {}).items()],
@@ -108,8 +109,8 @@ def _joint(name: str, joint: Record, placement: Placement) -> Json:
     else:
         pair = _frames_in_w(joint, placement[first], placement[second])
         frames = {end.frame: _frame(frame) for end, frame in zip(ends, pair, strict=True)}
-    length = {"length": joint["length"]} if "length" in joint else {}
-    return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames, **length}
+    more = {key: joint[key] for key in ("length", "pitch", "reaction") if key in joint}
+    return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames, **more}
 
 
 def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame]:
@@ -237,6 +238,15 @@ def _motion(name: str, motion: Record) -> Json:
     }
 
 
+def _tendon(name: str, tendon: Record, joints: Mapping[str, Record]) -> Json:
+    terms = []
+    for coordinate, coefficient in zip(tendon["joints"], tendon["coefficients"], strict=True):
+        joint, index = split_coordinate(coordinate, joints)
+        terms.append({"joint": joint, "coordinate": index, "coefficient": coefficient})
+    numbers = {key: tendon[key] for key in ("stiffness", "damping", "free_length") if key in tendon}
+    return {"name": name, "terms": terms, **numbers}
+
+
 def _coupling(name: str, coupling: Record, joints: Mapping[str, Record]) -> Json:
     kind = COUPLING_TYPES[coupling["type"]]
     terms = []
@@ -244,7 +254,8 @@ def _coupling(name: str, coupling: Record, joints: Mapping[str, Record]) -> Json
         joint, index = split_coordinate(coordinate, joints)
         terms.append({"joint": joint, "coordinate": index, "polynomial": polynomial})
     offset = kind.offset(coupling)
-    return {"name": name, "terms": terms, **({} if offset is None else {"offset": offset})}
+    type_ = {"type": coupling["type"]} if coupling["type"] in PARAMETERS else {}
+    return {"name": name, **type_, "terms": terms, **({} if offset is None else {"offset": offset})}
 
 
 def value_dimension(name: str, drive: Record, joints: Mapping[str, Record]) -> str:

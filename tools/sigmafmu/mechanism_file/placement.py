@@ -95,7 +95,20 @@ def motion(kind: str, x: list[float], rate: list[float]) -> tuple[np.ndarray, np
 def coordinates(joint: Record) -> tuple[list[float], list[float]]:
     """Coordinates and rates at the start, zero where the file has none."""
     kinds = JOINT_TYPES[joint["type"]].coordinates
-    return [joint.get(c.key("coordinate"), 0.0) for c in kinds], [joint.get(c.key("rate"), 0.0) for c in kinds]
+    x, rates = ([joint.get(c.key(word)) for c in kinds] for word in ("coordinate", "rate"))
+    if "pitch" in joint:  # a screw turns and moves together
+        lead = joint["pitch"] / (2 * np.pi)
+        x, rates = (_on_thread(lead, *pair) for pair in (x, rates))
+    return [value or 0.0 for value in x], [value or 0.0 for value in rates]
+
+
+def _on_thread(lead: float, angle: float | None, displacement: float | None) -> list[float | None]:
+    """What is not said of angle and displacement follows from the other; `lead` in m/rad."""
+    if angle is None and displacement is not None:
+        return [displacement / lead, displacement]
+    if displacement is None and angle is not None:
+        return [angle, lead * angle]
+    return [angle, displacement]
 
 
 def _places(joint: Record) -> bool:

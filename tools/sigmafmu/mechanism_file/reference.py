@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from sigmafmu.mechanism_file.structures import Key, Struct
-from sigmafmu.mechanism_file.table import bodies, ends, forces, joints, mechanism, outputs, prescribed
+from sigmafmu.mechanism_file.table import bodies, ends, forces, joints, mechanism, outputs, prescribed, tendons
 
 BEGIN = "<!-- Made of the loader's table: python -m sigmafmu.mechanism_file.reference docs/mechanism-file.md -->"
 ALWAYS = ("type", "bodies", "frame1", "frame2")
@@ -38,6 +38,7 @@ def _sections() -> Iterator[str]:
     yield from _joints()
     yield from _forces()
     yield from _section("`loads`: NAME: …", forces.LOAD.keys)
+    yield from _section("`tendons`: NAME: …", tendons.TENDON.keys)
     for name, coupling in prescribed.COUPLINGS.types.items():
         yield from _section(f"`couplings`: `{name}`: {prescribed.COUPLING_TYPES[name].meaning}", coupling.keys[1:])
     yield from _section("`drives`: JOINT: …", prescribed.DRIVE.keys)
@@ -76,6 +77,7 @@ def _joints() -> Iterator[str]:
     yield ""
     used = {key for joint in joints.JOINT_TYPES.values() for end in joint.ends for key in end.in_w}
     yield from _section("Geometry of joints in W", (key for name, key in ends.IN_W.items() if name in used))
+    yield from _section("`reaction` of a joint", joints.REACTION.keys)
     yield from _section("On coordinates of joints", _different(map(_on_coordinates, joints.JOINTS.types.values())))
 
 

@@ -8,7 +8,7 @@ from sigmafmu import _core
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.load import MechanismFile
 
-COUNTED = ("bodies", "joints", "forces", "loads", "couplings", "drives", "sensors")
+COUNTED = ("bodies", "joints", "forces", "loads", "tendons", "couplings", "drives", "sensors")
 SHOWN = 20
 """Bodies that are listed; of more, the number."""
 

@@ -3,9 +3,12 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from sigmafmu.mechanism_file.csv_points import CsvError, read_points
 from sigmafmu.mechanism_file.kinds import INVALID, Context, Kind, Number, Word, nearest
+from sigmafmu.mechanism_file.problems import shown
 from sigmafmu.mechanism_file.tree import Node
 
 
@@ -41,7 +44,7 @@ class List:
 
 @dataclass(frozen=True)
 class Points:
-    """At least two points [x, y] of a table, x ascending."""
+    """At least two points [x, y] of a table, x ascending: in the file, or in a CSV file beside it, in SI units."""
 
     x: Kind
     y: Kind
@@ -49,10 +52,12 @@ class Points:
     @property
     def text(self) -> str:
         """What it is."""
-        return f"list of [{self.x.text}, {self.y.text}]"
+        return f"list of [{self.x.text}, {self.y.text}], or a CSV file"
 
     def read(self, node: Node, where: str, context: Context) -> Any:
         """The list of x and that of y."""
+        if isinstance(node.value, str):
+            return self._read_file(node, where, context)
         if not isinstance(node.value, list) or len(node.value) < 2:
             return context.refuse(node.line, where, f"must be a list of at least two points, each {self._point}")
         xs, ys = [], []
@@ -69,6 +74,24 @@ class Points:
         bad = len(xs) < len(node.value) or INVALID in xs or INVALID in ys
         return INVALID if bad else (xs, ys)
 
+    def _read_file(self, node: Node, where: str, context: Context) -> Any:
+        try:
+            points = read_points(Path(context.problems.path).parent / node.value)
+        except CsvError as error:
+            return context.refuse(node.line, where, f"{shown(node.value)} {error}")
+        if len(points) < 2:
+            return context.refuse(node.line, where, f"{shown(node.value)} has {len(points)} points; it must have two")
+        xs, ys = [], []
+        for line, x, y in points:
+            place = f"{where}, line {line} of {node.value}"
+            xs.append(self.x.read(Node(x, node.line), f"{place}[1]", context))
+            ys.append(self.y.read(Node(y, node.line), f"{place}[2]", context))
+            if INVALID in (xs[-1], ys[-1]):
+                return INVALID
+            if len(xs) > 1 and not xs[-1] > xs[-2]:
+                return context.refuse(node.line, place, f"comes at {x:g} after {xs[-2]:g}; points must ascend")
+        return xs, ys
+
     @property
     def _point(self) -> str:
         return f"[{self.x.text}, {self.y.text}]"
@@ -76,7 +99,7 @@ class Points:
     def schema(self) -> dict[str, Any]:
         """An array of pairs."""
         pair = {"type": "array", "prefixItems": [self.x.schema(), self.y.schema()], "minItems": 2, "maxItems": 2}
-        return {"type": "array", "minItems": 2, "items": pair}
+        return {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 2, "items": pair}]}
 
 
 def vector(dimension: str = "number") -> List:

@@ -49,6 +49,7 @@ PLANE = (
     Coordinate(turns=False, number="1", beside_angle=True, axis=0),
     Coordinate(turns=False, number="2", beside_angle=True, axis=1),
 )
+ACROSS = tuple(Coordinate(turns=False, number=str(i + 1), axis=i) for i in range(2))
 SPACE = tuple(Coordinate(turns=False, number=str(i + 1), axis=i) for i in range(3))
 
 

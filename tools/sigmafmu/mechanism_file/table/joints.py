@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from sigmafmu.mechanism_file.checks import check_ends
-from sigmafmu.mechanism_file.kinds import Flag, Word
-from sigmafmu.mechanism_file.structures import ByType, Key, Struct
+from sigmafmu.mechanism_file.kinds import Flag, Number, Word
+from sigmafmu.mechanism_file.structures import ByType, Key, Struct, vector
 from sigmafmu.mechanism_file.table import coordinates, ends
-from sigmafmu.mechanism_file.table.coordinates import ANGLE, BOTH, CROSS, DISPLACEMENT, PLANE, SPACE, Coordinate
+from sigmafmu.mechanism_file.table.coordinates import ACROSS, ANGLE, BOTH, CROSS, DISPLACEMENT, PLANE, SPACE, Coordinate
 from sigmafmu.mechanism_file.table.ends import PAIR, End, both
 from sigmafmu.mechanism_file.table.quantities import positive
 
@@ -25,6 +25,17 @@ class JointType:
 
 MOTOR = (Key("motor", Flag(), "whether it has inputs for a torque between its bodies", default="false"),)
 
+PITCH = Key("pitch", Number("length"), "displacement of a turn; negative: a left-handed thread", required=True)
+REACTION = Struct(
+    (
+        Key("at", Word(("frame1", "frame2")), "frame about whose origin the torque is", default="frame2"),
+        Key("point", vector("length"), "another point of that frame, in its axes", default="its origin"),
+        Key("axes", Word(("ground", "frame1", "frame2")), "of both vectors", default="ground"),
+    ),
+    name="reaction",
+    shared=True,
+)
+
 JOINT_TYPES = {
     "spherical": JointType("holds a point", both("point"), keys=MOTOR),
     "revolute": JointType("turns about an axis", both("point", "axis"), (ANGLE,)),
@@ -40,6 +51,11 @@ JOINT_TYPES = {
         keys=(Key("length", positive("length"), "of the rod", default="the distance at the start"), *MOTOR),
         places=False,
     ),
+    "screw": JointType("turns about an axis and moves along it by its pitch", both("point", "axis"), BOTH, (PITCH,)),
+    "constant_velocity": JointType(
+        "holds a point and transmits the rotation about z however it is bent", both("point", "axis"), keys=MOTOR
+    ),
+    "point_in_plane": JointType("keeps a point in a plane", both("point", "normal"), ACROSS, MOTOR),
     "free": JointType("holds nothing", both("point", "orientation"), SPACE, MOTOR),
 }
 
@@ -50,6 +66,7 @@ def _joint(name: str, joint: JointType) -> Struct:
         PAIR,
         *ends.keys_of(joint.ends),
         *joint.keys,
+        Key("reaction", REACTION, "point and axes of its reaction", default="origin of frame 2, in W"),
         *(key for c in joint.coordinates for key in coordinates.keys_of(c)),
     )
     return Struct(keys, check_ends(joint.ends), name)

@@ -8,10 +8,11 @@ from sigmafmu.mechanism_file.structures import Either, Key, List, Named, Struct,
 from sigmafmu.mechanism_file.table.bodies import BODY_KEYS
 from sigmafmu.mechanism_file.table.ends import FRAME, ORIENTATION
 from sigmafmu.mechanism_file.table.forces import FORCES, LOAD
-from sigmafmu.mechanism_file.table.joints import JOINTS
+from sigmafmu.mechanism_file.table.joints import JOINTS, REACTION
 from sigmafmu.mechanism_file.table.outputs import SENSORS, STATION
 from sigmafmu.mechanism_file.table.prescribed import COORDINATE, COUPLINGS, DRIVE, MOTION
 from sigmafmu.mechanism_file.table.quantities import positive
+from sigmafmu.mechanism_file.table.tendons import TENDON
 
 VERSION = 1
 
@@ -66,6 +67,7 @@ MECHANISM = Struct(
         Key("joints", Named(JOINTS, NAME), "what ties them to each other and to the ground"),
         Key("forces", Named(FORCES, NAME), "what acts between them"),
         Key("loads", Named(LOAD, NAME), "constant forces and torques"),
+        Key("tendons", Named(TENDON, NAME), "springs on sums of coordinates"),
         Key("couplings", Named(COUPLINGS, NAME), "gears and other equations between coordinates"),
         Key("drives", Named(DRIVE, COORDINATE), "prescribed coordinates, by the name of the joint"),
         Key("motions", Named(MOTION, NAME), "frames of the ground that move as prescribed"),
@@ -78,7 +80,7 @@ MECHANISM = Struct(
     name="mechanism",
 )
 
-SHARED = (ORIENTATION, FRAME)
+SHARED = (ORIENTATION, FRAME, REACTION)
 
-ELEMENTS = ("bodies", "joints", "forces", "loads", "couplings", "motions", "stations", "sensors")
+ELEMENTS = ("bodies", "joints", "forces", "loads", "tendons", "couplings", "motions", "stations", "sensors")
 """Keys whose entries have names of their own."""

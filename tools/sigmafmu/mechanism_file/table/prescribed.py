@@ -36,7 +36,11 @@ DRIVE = Struct(
     (
         Key("motion", Word(tuple(MOTIONS)), "what is prescribed; the others go on from the start", required=True),
         Key("value", _later("value", "number of the motion, or `input`"), "constant, or an input of the FMU"),
-        Key("table", _later("table", "list of [time, number of the motion]"), "a natural cubic spline through points"),
+        Key(
+            "table",
+            _later("table", "list of [time, number of the motion], or a CSV file"),
+            "a natural cubic spline through points",
+        ),
     ),
     name="drive",
     one_of=("value", "table"),
@@ -78,13 +82,13 @@ COUPLING_TYPES = {
         "rate of the second = ratio × rate of the first",
         ("first", "second"),
         (Key("ratio", Number(), "negative where they turn the other way", required=True),),
-        lambda c: [[0.0, -c["ratio"]], [0.0, 1.0]],
+        lambda c: [[0.0, c["ratio"]], [0.0, -1.0]],
     ),
     "rack_and_pinion": CouplingType(
         "the rack moves by the radius for each rad",
         ("pinion", "rack"),
         (Key("radius", Number("length"), "of the pinion", required=True),),
-        lambda c: [[0.0, -c["radius"]], [0.0, 1.0]],
+        lambda c: [[0.0, c["radius"]], [0.0, -1.0]],
     ),
     "differential": CouplingType(
         "rate of the carrier = mean of both sides",
@@ -96,7 +100,7 @@ COUPLING_TYPES = {
         "the follower is a polynomial of the leader",
         ("follower", "leader"),
         (Key("polynomial", List(Number(), least=2), "coefficients in SI units, from the constant on", required=True),),
-        lambda c: [[0.0, 1.0], [-x for x in c["polynomial"]]],
+        lambda c: [[0.0, -1.0], c["polynomial"]],
         lambda _: 0.0,
     ),
     "sum": CouplingType(
@@ -122,5 +126,8 @@ def _coupling(name: str, coupling: CouplingType) -> Struct:
     )
     return Struct(keys, check_coupling, name)
 
+
+PARAMETERS = ("gear", "rack_and_pinion", "mimic")
+"""Types whose numbers are parameters of the FMU."""
 
 COUPLINGS = ByType({name: _coupling(name, coupling) for name, coupling in COUPLING_TYPES.items()})
