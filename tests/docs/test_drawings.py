@@ -185,9 +185,9 @@ def test_drawing_is_quick(picture):
     mechanism, _ = picture("chain")
     times = []
     for _ in range(3):
-        start = time.perf_counter()
+        start = time.process_time()  # other tests run meanwhile
         draw.draw_figure(mechanism, HERE)
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     assert min(times) < 3.0
 
 

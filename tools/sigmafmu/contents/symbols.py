@@ -121,18 +121,18 @@ def screw(link: Link, t: float) -> Iterable[Part]:
     """Threaded rod along z with a nut."""
     start, end = _guide(link, t)
     z, length = link.axes[0][:, 2], float(np.linalg.norm(end - start))
-    yield cylinder(start, end, 0.9 * t), GREY
-    yield spring(start, end, 1.1 * t, 0.3 * t, int(np.clip(length / (1.2 * t), 6, 40))), DARK
-    yield cylinder(link.points[1] - 2 * t * z, link.points[1] + 2 * t * z, 2.8 * t, 6), DARK
+    yield Part(cylinder(start, end, 0.9 * t), GREY, FIRST)
+    yield Part(spring(start, end, 1.1 * t, 0.3 * t, int(np.clip(length / (1.2 * t), 6, 40))), DARK, FIRST)
+    yield Part(cylinder(link.points[1] - 2 * t * z, link.points[1] + 2 * t * z, 2.8 * t, 6), DARK)
 
 
 def constant_velocity(link: Link, t: float) -> Iterable[Part]:
     """Ball in a ring, and both shafts."""
     point, z = link.points[1], link.axes[0][:, 2]
-    yield ball(point, 2.4 * t), DARK
-    yield cylinder(point - 0.9 * t * z, point + 0.9 * t * z, 3.4 * t), GREY
-    for axis, side in ((z, -1), (link.axes[1][:, 2], 1)):
-        yield cylinder(point, point + side * 5 * t * axis, 1.1 * t), DARK
+    yield Part(ball(point, 2.4 * t), DARK)
+    yield Part(cylinder(point - 0.9 * t * z, point + 0.9 * t * z, 3.4 * t), GREY, FIRST)
+    for end, axis in ((FIRST, -z), (SECOND, link.axes[1][:, 2])):
+        yield Part(cylinder(point, point + 5 * t * axis, 1.1 * t), DARK, end)
 
 
 def point_in_plane(link: Link, t: float) -> Iterable[Part]:
@@ -140,8 +140,8 @@ def point_in_plane(link: Link, t: float) -> Iterable[Part]:
     R = link.axes[0]
     offset = R.T @ (link.points[1] - link.points[0])
     centre, size = R @ (offset / 2 * (1, 1, 0)), np.abs(offset) + 16 * t
-    yield box(link.points[0] + centre, (size[0], size[1], 0.8 * t), R), GREY
-    yield ball(link.points[1], 2.2 * t), DARK
+    yield Part(box(link.points[0] + centre, (size[0], size[1], 0.8 * t), R), GREY, FIRST)
+    yield Part(ball(link.points[1], 2.2 * t), DARK)
 
 
 def free(_link: Link, _t: float) -> Iterable[Part]:
