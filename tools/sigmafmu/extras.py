@@ -7,7 +7,10 @@ from sigmafmu import SigmafmuError
 
 EXTRAS = {
     "control": "linear",
+    "dask": "sweep",
+    "distributed": "sweep",
     "fastparquet": "data",
+    "h5netcdf": "sweep",
     "lxml": "loop",
     "pandas": "data",
     "pythonfmu": "loop",
@@ -15,7 +18,7 @@ EXTRAS = {
     "xarray": "data",
 }
 """Package → extra that brings it."""
-EXTRA_OF_COMMAND = {"modes": "modes"}
+EXTRA_OF_COMMAND = {"modes": "modes", "sweep": "sweep"}
 """Commands that have an extra of their own."""
 
 
