@@ -16,6 +16,7 @@ EXTRAS = {
     "pythonfmu": "loop",
     "scipy": "loop",
     "xarray": "data",
+    "zarr": "zarr",
 }
 """Package → extra that brings it."""
 EXTRA_OF_COMMAND = {"modes": "modes", "sweep": "sweep"}

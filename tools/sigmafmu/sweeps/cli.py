@@ -13,7 +13,13 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from sigmafmu import SigmafmuError
 from sigmafmu.console import ModelName, err, out, split_setting
 
-Sampling = Enum("Sampling", {name: name for name in ("random", "latin", "sobol")}, type=str)
+
+class Sampling(str, Enum):
+    """Of `sampling.SAMPLINGS`, which needs no import here."""
+
+    random = "random"
+    latin = "latin"
+    sobol = "sobol"
 
 
 def register(app: typer.Typer) -> None:
@@ -40,7 +46,7 @@ def sweep(
         typer.Option(metavar="NAME~DIST", help="N(mean,deviation), U(low,high), T(low,mode,high), LN(median,sigma)."),
     ] = None,
     runs: Annotated[int | None, typer.Option(help="Samples of the distributions.")] = None,
-    sampling: Annotated[Sampling, typer.Option(help="How they are drawn.")] = Sampling["random"],
+    sampling: Annotated[Sampling, typer.Option(help="How they are drawn.")] = Sampling.random,
     seed: Annotated[int, typer.Option(help="Of the samples.")] = 0,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter or input of all runs.")

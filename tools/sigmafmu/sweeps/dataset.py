@@ -32,7 +32,6 @@ def write(
     try:
         _write_netcdf(netcdf, task, times, columns, parts, units, attributes)
         if path.suffix == ".zarr":
-            extras.need("zarr", "zarr")
             with extras.need("xarray").open_dataset(netcdf, engine="h5netcdf", chunks={"run": parts.size}) as data:
                 data.to_zarr(path, mode="w")
         else:

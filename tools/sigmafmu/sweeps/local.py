@@ -44,7 +44,9 @@ def serve(workers: int) -> None:
             "distributed.scheduler.worker-saturation": 1.0,  # nothing waits on a worker, to be blamed with what runs
         }
     )
-    with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
+    ) as cluster:
         sys.stdout.write(f"{cluster.scheduler_address}\n")
         sys.stdout.flush()
         sys.stdin.read()

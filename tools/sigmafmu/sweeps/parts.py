@@ -19,7 +19,7 @@ class Parts:
     """The folder of a study's chunks. A process that is killed leaves what was finished."""
 
     def __init__(self, folder: Path, fingerprint: str, runs: int, chunk: int, *, resume: bool):
-        """Open the folder; raises SigmafmuError if another study is in it, or one was stopped and is not to `resume`."""
+        """Open the folder; raises SigmafmuError if another study is in it, or one that is not to `resume`."""
         self.folder, self.runs, self.size = folder, runs, chunk
         plan = folder / PLAN
         if plan.is_file():

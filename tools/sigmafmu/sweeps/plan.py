@@ -44,8 +44,8 @@ def plan(
 ) -> Plan:
     """The runs of `parameters`: every combination of those that vary, the first of them slowest, samples fastest.
 
-    A tuple of names varies its parameters together; its value has a row (tuple) for each run. `runs` samples are drawn of
-    the distributions, by `sampling` (`random`, `latin` or `sobol`) from `seed`. Raises SigmafmuError.
+    A tuple of names varies its parameters together; its value has a row (tuple) for each run. `runs` samples are drawn
+    of the distributions, by `sampling` (`random`, `latin` or `sobol`) from `seed`. Raises SigmafmuError.
     """
     constants: dict[str, Any] = {}
     blocks: list[_Block] = []
@@ -74,7 +74,7 @@ def _crossed(blocks: Sequence[_Block], constants: dict[str, Any]) -> Plan:
         raise SigmafmuError(f"'{twice[0]}' is set twice")
     sizes = [len(next(iter(block.values()))) for block in blocks]
     total = int(np.prod(sizes, dtype=np.int64)) if sizes else 1
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     repeats = total
     for block, size in zip(blocks, sizes, strict=True):
         repeats //= size

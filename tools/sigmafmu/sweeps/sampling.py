@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,34 +23,43 @@ class Distribution(Protocol):
 
 SAMPLINGS = ("random", "latin", "sobol")
 
-_TEXTS: dict[str, tuple[int, Callable[..., Any]]] = {
-    "N": (2, lambda stats, mean, deviation: stats.norm(mean, deviation)),
-    "U": (2, lambda stats, low, high: stats.uniform(low, high - low)),
-    "T": (3, lambda stats, low, mode, high: stats.triang((mode - low) / (high - low), low, high - low)),
-    "LN": (2, lambda stats, median, sigma: stats.lognorm(sigma, scale=median)),
+
+@dataclass(frozen=True)
+class _Family:
+    size: int
+    """How many numbers it has."""
+    valid: Callable[..., bool]
+    make: Callable[..., Any]
+    """From scipy.stats and the numbers."""
+
+
+_FAMILIES = {
+    "N": _Family(2, lambda mean, deviation: deviation > 0, lambda s, mean, deviation: s.norm(mean, deviation)),
+    "U": _Family(2, lambda low, high: low < high, lambda s, low, high: s.uniform(low, high - low)),
+    "T": _Family(
+        3,
+        lambda low, mode, high: low <= mode <= high and low < high,
+        lambda s, low, mode, high: s.triang((mode - low) / (high - low), low, high - low),
+    ),
+    "LN": _Family(2, lambda median, sigma: min(median, sigma) > 0, lambda s, m, sigma: s.lognorm(sigma, scale=m)),
 }
-"""Letters → number of arguments, and SciPy's distribution of them."""
+"""By the letters that name them."""
 
 
 def distribution(text: str) -> Distribution:
     """`N(mean,deviation)`, `U(low,high)`, `T(low,mode,high)` (triangle) or `LN(median,sigma)` (log-normal)."""
     match = re.fullmatch(r"\s*([A-Z]+)\(([^()]*)\)\s*", text)
-    size, make = _TEXTS.get(match[1] if match else "", (0, None))
     try:
+        family = _FAMILIES[match[1]] if match else None
         numbers = [float(part) for part in match[2].split(",")] if match else []
-    except ValueError:
-        numbers = []
-    if make is None or len(numbers) != size:
-        raise SigmafmuError(
-            f"'{text}' is no distribution; write N(mean,deviation), U(low,high), T(low,mode,high) or LN(median,sigma)"
-        )
-    with np.errstate(all="ignore"):
-        found = (
-            make(extras.need("scipy.stats", "sweep"), *numbers) if len(set(numbers)) > 1 or match[1] in "NLN" else None
-        )
-        if found is None or not np.isfinite(found.ppf(0.5)):
-            raise SigmafmuError(f"{text} has no spread, or its numbers are in the wrong order")
-    return found
+    except (KeyError, ValueError):
+        family = None
+    if family is None or len(numbers) != family.size:
+        known = "N(mean,deviation), U(low,high), T(low,mode,high) or LN(median,sigma)"
+        raise SigmafmuError(f"'{text}' is no distribution; write {known}")
+    if not (np.isfinite(numbers).all() and family.valid(*numbers)):
+        raise SigmafmuError(f"'{text}' has no spread, or its numbers are in the wrong order")
+    return family.make(extras.need("scipy.stats", "sweep"), *numbers)
 
 
 def sample(distributions: Mapping[str, Distribution], runs: int, sampling: str, seed: int) -> dict[str, np.ndarray]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 CHUNK_BYTES = 4 << 20
 CHUNK_RUNS = 50
 CHUNKS = 32
-"""A chunk has no more than so many bytes and runs, and a study no fewer than so many chunks, if it has that many runs."""
+"""A chunk has at most so many bytes and runs; a study has at least so many chunks, if it has that many runs."""
 ENDINGS = (".nc", ".zarr")
 
 Inputs = Mapping[str, Signal] | Callable[[dict[str, Any]], Mapping[str, Signal]]
@@ -173,7 +173,7 @@ def _execute(
 
 
 def _chunk(runs: int, run_bytes: int) -> int:
-    """Runs of a task: enough that a scheduler has little to do, few enough that memory is bounded and all workers work."""
+    """Runs of a task: many, so that a scheduler has little to do; few, so that memory is bounded and all have work."""
     return max(1, min(CHUNK_RUNS, runs // CHUNKS, CHUNK_BYTES // max(run_bytes, 1)))
 
 
