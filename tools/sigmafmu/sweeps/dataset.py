@@ -32,8 +32,8 @@ def write(
     try:
         _write_netcdf(netcdf, task, times, columns, parts, units, attributes)
         if path.suffix == ".zarr":
-            with extras.need("xarray").open_dataset(netcdf, engine="h5netcdf", chunks={"run": parts.size}) as data:
-                data.to_zarr(path, mode="w")
+            with extras.need("xarray").open_dataset(netcdf, engine="h5netcdf", chunks={}) as data:
+                data.to_zarr(path, mode="w", zarr_format=2, consolidated=True)  # 3 has no strings yet
         else:
             netcdf.replace(path)
     except OSError as error:
