@@ -6,16 +6,17 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import dask
 import numpy as np
 import pytest
 import xarray
 from distributed import Client, LocalCluster
+from typer.testing import CliRunner
 
 import sigmafmu
 from sigmafmu import SigmafmuError
+from sigmafmu.cli import app
 from sigmafmu.sweeps.cluster import WAITING, Crew
 from sigmafmu.sweeps.job import STATUSES, Job, packed, run_chunk
 
@@ -165,7 +166,7 @@ sigmafmu.sweep(
     {"crank.mass": np.linspace(0.1, 0.3, 24), "integrator.stepSize": 1e-3},
     outputs=["guide.displacement", "crankPivot.reactionForce"],
     scalars={"peak": "max(crankPivot.reactionForce)", "steps": count_steps},
-    output="study.nc", stop_time=0.05, step_size=0.01, workers=2, chunk=1,
+    output="study.nc", stop_time=0.05, step_size=0.01, workers=1, chunk=1,
     on_progress=lambda *told: print(*told, flush=True),
 )
 """
@@ -259,14 +260,14 @@ def test_an_instance_is_kept(job, monkeypatch):
     assert len(made) == 1
 
 
-def test_the_command(tmp_path):
+def test_the_command(cluster, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     command = "sweep SliderCrank --vary crank.mass=0.1,-1 --zip rod.mass=0.5,0.6 --zip integrator.formulation=index3,"
     command += "stabilizedIndex2 --sample slider.mass~U(0.1,0.2) --runs 2 --set integrator.stepSize=1e-3 --scalar "
-    command += "peak=max(crankPivot.reactionForce) --variables guide.* --stop-time 0.02 --step-size 0.01 --workers 1"
-    program = Path(sys.executable).with_name("sigmafmu")
-    ran = subprocess.run([program, *command.split()], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr
-    assert ran.stdout.startswith("wrote study.nc (8 runs of 3 rows, 4 of them failed; the first: SliderCrank refuses: ")
+    command += "peak=max(crankPivot.reactionForce) --variables guide.* --stop-time 0.02 --step-size 0.01 --scheduler "
+    ran = CliRunner().invoke(app, [*command.split(), cluster.scheduler.address])
+    assert ran.exit_code == 0, ran.output
+    assert "wrote study.nc (8 runs of 3 rows, 4 of them failed; the first: SliderCrank refuses: " in ran.stdout
     assert "8 of 8 runs (4 failed)" in ran.stderr
     with xarray.open_dataset(tmp_path / "study.nc", engine="h5netcdf") as data:
         assert data["rod.mass"].values.tolist() == [0.5, 0.5, 0.6, 0.6] * 2

@@ -123,6 +123,7 @@ class _Opened:
 
     def __init__(self, fmu: bytes, task: Task):
         self._task, self._instances, self._local = task, list[_Live](), threading.local()
+        self._columns = [task.recorded.index(name) for name in task.kept]
         folder = Path(tempfile.mkdtemp(prefix="sigmafmu-"))
         try:
             path = folder / "model.fmu"
@@ -174,7 +175,7 @@ class _Opened:
 
     def _keep(self, result: Result, values: np.ndarray) -> None:
         if self._task.kept:
-            values[: len(result.time)] = result.only(self._task.kept).values
+            values[: len(result.time)] = result.values[:, self._columns]
 
     def _live(self) -> _Live:
         """The instance of this thread."""
