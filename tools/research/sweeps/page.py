@@ -60,7 +60,7 @@ def _beside_fmpy(ways: list[Measured]) -> str:
 ### Beside FMPy
 
 Runs of {STOP_TIME:g} s of the slider-crank with H = {STEP_SIZE:g} s, h = 1 ms, {len(OUTPUT_SCALARS)} outputs;
-each way has its processes, and what it keeps, before the clock starts. All give the same bits. ms are those of all
+each way has its processes, and what it keeps, before the clock starts. All agree to rounding. ms are those of all
 processes together; `sweep` also writes its file.
 
 {markdown_table(head, rows)}"""
