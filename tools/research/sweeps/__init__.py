@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import psutil
 
 MODEL = "SliderCrank"
-STOP_TIME, STEP_SIZE = 0.5, 0.01  # s
+STOP_TIME, SHORT, STEP_SIZE = 0.5, 0.05, 0.01  # s
 SETTINGS = {"integrator.stepSize": 1e-3}
 OUTPUTS = ("guide.displacement", "crankPivot.reactionForce")
 OUTPUT_SCALARS = ("guide.displacement", *(f"crankPivot.reactionForce[{i}]" for i in (1, 2, 3)))

@@ -1,13 +1,59 @@
 """Many workers, simulated: one process after the other gives chunks away and takes them back; workers wait for it."""
 
 import heapq
+import os
+import tempfile
+import time
+from pathlib import Path
 
 import numpy as np
+import psutil
+
+import sigmafmu
+from research.sweeps import MODEL, OUTPUTS, STEP_SIZE, STOP_TIME, used_by
+from research.sweeps.endurance import CHUNK
+from sigmafmu.sweeps.cluster import connected
 
 WORKERS = (1, 2, 10, 100, 1000)
 CHUNKS_EACH = 30
 SPREAD = 0.2
 """Of the time of a chunk, to both sides."""
+QUICK = {"integrator.stepSize": 1e-2}
+"""Runs that cost little, with results of the usual size."""
+IDLE = 5.0  # s
+
+
+def overhead(chunks: int) -> float:
+    """Seconds of processors that client and scheduler take for a chunk, without what they take while nothing happens."""
+    with connected(None, 2) as client, tempfile.TemporaryDirectory() as folder:
+        workers = set(client.run(os.getpid).values())
+
+        def study(runs: int) -> None:
+            masses = np.linspace(0.1, 0.3, runs)
+            sigmafmu.sweep(
+                MODEL,
+                {"crank.mass": masses, **QUICK},
+                outputs=OUTPUTS,
+                stop_time=STOP_TIME,
+                step_size=STEP_SIZE,
+                scheduler=client,
+                chunk=CHUNK,
+                output=Path(folder) / "study.nc",
+            ).close()
+
+        study(CHUNK)  # imports, and what grows once
+        began, before = time.perf_counter(), _both(workers)
+        time.sleep(IDLE)
+        idle = (_both(workers) - before) / (time.perf_counter() - began)
+        began, before = time.perf_counter(), _both(workers)
+        study(chunks * CHUNK)
+        return (_both(workers) - before - idle * (time.perf_counter() - began)) / chunks
+
+
+def _both(workers: set[int]) -> float:
+    """Seconds of processors of the client and the scheduler."""
+    uses = used_by(psutil.Process(os.getpid()))
+    return sum(use.seconds for pid, use in uses.items() if pid not in workers)
 
 
 def efficiency(workers: int, chunk_time: float, overhead: float) -> float:

@@ -73,7 +73,7 @@ class Task:
 def packed(fmu: Fmu) -> bytes:
     """An FMU with what a run needs, the same bytes for the same content."""
     memory = BytesIO()
-    with zipfile.ZipFile(memory, "w") as archive:
+    with zipfile.ZipFile(memory, "w", compresslevel=1) as archive:
         for path in sorted(path for path in fmu.directory.rglob("*") if path.is_file()):
             name = path.relative_to(fmu.directory)
             if name.parts[0] in NEEDED:

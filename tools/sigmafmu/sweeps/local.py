@@ -42,6 +42,9 @@ def serve(workers: int) -> None:
         {
             "distributed.scheduler.allowed-failures": 1,  # what kills a worker twice is run alone, and then given up
             "distributed.scheduler.worker-saturation": 1.0,  # nothing waits on a worker, to be blamed with what runs
+            "distributed.worker.profile.enabled": False,  # this and the others watch what nobody looks at
+            "distributed.admin.tick.interval": "1s",
+            "distributed.admin.system-monitor.interval": "5s",
         }
     )
     with LocalCluster(
