@@ -18,7 +18,18 @@ from dask import bag
 from fmpy.fmi2 import FMU2Slave
 
 import sigmafmu
-from research.sweeps import HIGH, LOW, MODEL, OUTPUT_SCALARS, OUTPUTS, SETTINGS, STEP_SIZE, STOP_TIME, own_seconds
+from research.sweeps import (
+    HIGH,
+    LOW,
+    MODEL,
+    OUTPUT_SCALARS,
+    OUTPUTS,
+    SETTINGS,
+    SHORT,
+    STEP_SIZE,
+    STOP_TIME,
+    own_seconds,
+)
 from sigmafmu.sweeps.cluster import connected
 
 PROCESSES = 2

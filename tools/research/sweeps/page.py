@@ -61,13 +61,13 @@ def _beside_fmpy(ways: list[Measured]) -> str:
     return f"""\
 ### Beside FMPy
 
-{ways[-1].runs} runs of {STOP_TIME:g} s, and as many of {SHORT:g} s, of the slider-crank with H = {STEP_SIZE:g} s, h = 1 ms,
-{len(OUTPUT_SCALARS)} outputs; each way has its processes, and what it keeps, before the clock starts. All agree to
+{ways[-1].runs} runs of {STOP_TIME:g} s, and as many of {SHORT:g} s, of the slider-crank with H = {STEP_SIZE:g} s,
+h = 1 ms, {len(OUTPUT_SCALARS)} outputs; {ways[0].runs} where each opens the file. Each way has its processes, and what it keeps, before the clock starts. All agree to
 rounding. ms are those of all processes together for a run; `sweep` also writes its file.
 
 {markdown_table(head, rows)}
-What counts is what is kept. A master that opens the FMU for each run spends its time there; one that keeps an instance, as
-FMPy's example does with code that is written for each study, and as `sweep` does, spends it on the mechanism.
+What counts is what is kept. A master that opens the FMU for each run spends its time there; one that keeps an instance,
+as FMPy's example does with code that is written for each study, and as `sweep` does, spends it on the mechanism.
 """
 
 
@@ -120,9 +120,9 @@ def _scaling(price: float, run: float) -> str:
 ### Up to 1000 workers: simulated
 
 Workers depend on each other only through the client and the scheduler, which took {1e3 * price:.2g} ms of
-processors for each chunk of {CHUNK} runs when measured alone. The table is **simulated, not measured**: if one process serves all
-chunks, one after the other, at that price, what share of their time do workers compute? The network and the
-heartbeats of 1000 workers are not in it.
+processors for each chunk of {CHUNK} runs when measured alone. The table is **simulated, not measured**: if one
+process serves all chunks, one after the other, at that price, what share of their time do workers compute? The network
+and the heartbeats of 1000 workers are not in it.
 
 {markdown_table(("a run takes", "runs in a chunk", *(f"{w} workers" for w in WORKERS)), rows)}
 So a chunk should take longer than {1e3 * price:.2g} ms times the number of workers; `--chunk` sets its size.

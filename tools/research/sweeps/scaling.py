@@ -24,7 +24,7 @@ IDLE = 5.0  # s
 
 
 def overhead(chunks: int) -> float:
-    """Seconds of processors that client and scheduler take for a chunk, without what they take while nothing happens."""
+    """Seconds of processors that client and scheduler take for a chunk, beyond what they take while nothing happens."""
     with connected(None, 2) as client, tempfile.TemporaryDirectory() as folder:
         workers = set(client.run(os.getpid).values())
 
