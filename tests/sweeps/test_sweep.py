@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 import dask
 import numpy as np
@@ -155,6 +156,12 @@ def _counting(sent, most):
         save(self, start, chunk)
 
     return counting
+
+
+def test_what_cannot_be_sent_is_told(crank, cluster):
+    lock = threading.Lock()
+    with pytest.raises(SigmafmuError, match=r"the workers cannot take the study .*lock.*: a function cannot be sent"):
+        sigmafmu.sweep(crank, {"crank.mass": [0.1]}, scalars={"x": lambda _: lock.locked()}, scheduler=cluster, **QUICK)
 
 
 SCRIPT = """

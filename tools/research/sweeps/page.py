@@ -62,8 +62,9 @@ def _beside_fmpy(ways: list[Measured]) -> str:
 ### Beside FMPy
 
 {ways[-1].runs} runs of {STOP_TIME:g} s, and as many of {SHORT:g} s, of the slider-crank with H = {STEP_SIZE:g} s,
-h = 1 ms, {len(OUTPUT_SCALARS)} outputs; {ways[0].runs} where each opens the file. Each way has its processes, and what it keeps, before the clock starts. All agree to
-rounding. ms are those of all processes together for a run; `sweep` also writes its file.
+h = 1 ms, {len(OUTPUT_SCALARS)} outputs; {ways[0].runs} where each opens the file. Each way has its processes, and what
+it keeps, before the clock starts. All agree to rounding. ms are those of all processes together for a run; `sweep` also
+writes its file.
 
 {markdown_table(head, rows)}
 What counts is what is kept. A master that opens the FMU for each run spends its time there; one that keeps an instance,

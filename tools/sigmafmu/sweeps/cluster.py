@@ -55,8 +55,9 @@ class Crew:
     def __enter__(self) -> Crew:
         try:
             self._client.register_plugin(self._job)
-        except (AttributeError, TypeError) as error:  # of pickle
-            raise SigmafmuError(f"a function of the study cannot be sent to workers: {error}") from error
+        except Exception as error:  # pickle and workers have all kinds
+            what = "a function cannot be sent, or a worker lacks this version of sigmafmu or of a module"
+            raise SigmafmuError(f"the workers cannot take the study ({error!r}): {what}") from error
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -20,7 +20,12 @@ def local_cluster(workers: int) -> Iterator[str]:
     path = os.pathsep.join([*filter(None, sys.path), str(Path.cwd())])  # modules of the user's functions
     command = [sys.executable, "-m", __name__, str(workers)]
     with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": path}
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": path},
+        start_new_session=True,  # Ctrl-C is for the study alone
     ) as process:
         assert process.stdin
         assert process.stdout
