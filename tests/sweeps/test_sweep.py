@@ -296,6 +296,7 @@ def test_a_zarr_store_has_the_same(crank, cluster, file_of_three, tmp_path):
     [
         ({"output": "study.csv"}, r"must end with \.nc or \.zarr"),
         ({"output": "nowhere/study.nc"}, "there is no folder nowhere"),
+        ({"chunk": 0}, "a chunk has 1 run or more, not 0"),
         ({"outputs": ["crank.mass"]}, "'crank.mass' is varied, so it is a coordinate"),
         ({"scalars": {"status": "max(guide.rate)"}}, "a scalar cannot have the name 'status'"),
         ({"inputs": {"guide.rate": 1.0}}, "'guide.rate' is no input"),

@@ -19,7 +19,6 @@ from distributed import Worker, WorkerPlugin
 from sigmafmu import SigmafmuError
 from sigmafmu.fmu import Fmu
 from sigmafmu.instance import Instance, SimulationError
-from sigmafmu.packing import NO_DATE
 from sigmafmu.result import Result
 from sigmafmu.signals import Signal
 from sigmafmu.sweeps.scalars import Scalar
@@ -31,6 +30,7 @@ NEEDED = ("modelDescription.xml", "binaries", "resources")
 """What of an FMU a run reads."""
 
 Inputs = Mapping[str, Signal] | Callable[[dict[str, Any]], Mapping[str, Signal]]
+"""As those of `Model.run`, or a function of what a run sets."""
 
 
 @dataclass
@@ -77,7 +77,7 @@ def packed(fmu: Fmu) -> bytes:
         for path in sorted(path for path in fmu.directory.rglob("*") if path.is_file()):
             name = path.relative_to(fmu.directory)
             if name.parts[0] in NEEDED:
-                info = zipfile.ZipInfo(name.as_posix(), NO_DATE)
+                info = zipfile.ZipInfo(name.as_posix())  # of 1980, so that the same content is the same file
                 info.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(info, path.read_bytes())
     return memory.getvalue()

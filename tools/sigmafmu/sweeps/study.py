@@ -15,7 +15,7 @@ from sigmafmu import SigmafmuError, extras
 from sigmafmu.fmu import Fmu
 from sigmafmu.model import Model, load
 from sigmafmu.recorder import check_memory
-from sigmafmu.signals import Signal, Signals
+from sigmafmu.signals import Signals
 from sigmafmu.steps import CommunicationSteps, communication_steps
 from sigmafmu.sweeps.plan import Plan, Varied, plan
 from sigmafmu.sweeps.scalars import Function, read_scalars
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-    from sigmafmu.sweeps.job import Task
+    from sigmafmu.sweeps.job import Inputs, Task
     from sigmafmu.sweeps.parts import Parts
 
 CHUNK_BYTES = 4 << 20
@@ -34,8 +34,6 @@ CHUNK_RUNS = 50
 CHUNKS = 32
 """A chunk has at most so many bytes and runs; a study has at least so many chunks, if it has that many runs."""
 ENDINGS = (".nc", ".zarr")
-
-Inputs = Mapping[str, Signal] | Callable[[dict[str, Any]], Mapping[str, Signal]]
 
 
 def sweep(
@@ -156,6 +154,8 @@ def _execute(
     mark = fingerprint(digest(fmu), plan, task)
     if resume and target.exists() and read(target).attrs.get("fingerprint") == mark:
         return
+    if chunk is not None and chunk < 1:
+        raise SigmafmuError(f"a chunk has 1 run or more, not {chunk}")
     size = chunk or _chunk(plan.runs, 8 * task.times * len(task.kept))
     folder = target.with_name(f"{target.name}.parts")
     parts = Parts(folder, mark, plan.runs, size, resume=resume)
