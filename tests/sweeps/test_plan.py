@@ -91,7 +91,7 @@ def test_distributions_by_text(text, mean, deviation):
         ({MASS: []}, None, "'crank.mass' has no values"),
         ({MASS: [1.0], (MASS, SIGMA): [(1, 2)]}, None, "'crank.mass' is set twice"),
         ({(MASS, SIGMA): [(1, 2, 3)]}, None, r"each run needs 2 values, not \(1, 2, 3\)"),
-        ({MASS: scipy.stats.norm()}, None, "crank.mass are sampled: give the number of runs"),
+        ({MASS: scipy.stats.norm()}, None, "crank.mass is sampled: give the number of runs"),
         ({MASS: scipy.stats.norm()}, 0, "must be 1 or more, not 0"),
         ({MASS: [1.0]}, 5, "no parameter has a distribution"),
         ({FORMULATION: scipy.stats.norm()}, 5, "only real scalars are sampled"),

@@ -282,6 +282,26 @@ def test_the_command(cluster, tmp_path, monkeypatch):
         assert np.isfinite(data["peak"].values).tolist() == [True] * 4 + [False] * 4
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--vary crank.mass=0.1:0.2", "'crank.mass' needs a number, not '0.1:0.2'"),
+        ("--vary crank.mass=0.1:x:3", "'0.1:x:3' is no range; write first:last:number"),
+        ("--set crank.mass=1 --vary crank.mass=1,2", "'crank.mass' is given twice"),
+        (
+            "--zip crank.mass=1,2 --zip rod.mass=1",
+            "--zip needs as many values of each, but crank.mass has 2, rod.mass has 1",
+        ),
+        ("--sample crank.mass", "--sample crank.mass: write it as NAME~DISTRIBUTION"),
+        ("--sample crank.mass~N(1,2)", "crank.mass is sampled: give the number of runs"),
+    ],
+)
+def test_mistakes_in_the_command_are_told(options, message):
+    ran = CliRunner().invoke(app, ["sweep", "SliderCrank", *options.split()])
+    assert ran.exit_code == 1
+    assert message in ran.output
+
+
 def test_a_zarr_store_has_the_same(crank, cluster, file_of_three, tmp_path):
     study(crank, tmp_path / "study.zarr", scheduler=cluster).close()
     with (

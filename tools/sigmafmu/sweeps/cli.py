@@ -74,20 +74,28 @@ def sweep(
     from sigmafmu.sweeps.sampling import distribution
     from sigmafmu.sweeps.study import sweep as run_study
 
-    parameters: dict[Any, Any] = dict(map(split_setting, settings or ()))
-    parameters |= {name: values(text) for name, text in map(split_setting, vary or ())}
+    parameters: dict[Any, Any] = {}
+
+    def add(name: Any, value: Any) -> None:
+        if name in parameters:
+            raise SigmafmuError(f"'{name}' is given twice")
+        parameters[name] = value
+
+    for name, value in map(split_setting, settings or ()):
+        add(name, value)
+    for name, value in map(split_setting, vary or ()):
+        add(name, values(value))
     if together:
         names, rows = zip(*((name, values(text)) for name, text in map(split_setting, together)), strict=True)
         if len(set(map(len, rows))) > 1:
-            raise SigmafmuError(
-                f"--zip: {', '.join(names)} have {', '.join(str(len(r)) for r in rows)} values; give as many of each"
-            )
-        parameters[names] = list(zip(*rows, strict=True))
+            counts = ", ".join(f"{name} has {len(row)}" for name, row in zip(names, rows, strict=True))
+            raise SigmafmuError(f"--zip needs as many values of each, but {counts}")
+        add(names, list(zip(*rows, strict=True)))
     for text in sample or ():
-        name, tilde, dist = text.partition("~")
+        name, tilde, what = text.partition("~")
         if not (name and tilde):
             raise SigmafmuError(f"--sample {text}: write it as NAME~DISTRIBUTION, for example 'crank.mass~N(0.1,0.01)'")
-        parameters[name.strip()] = distribution(dist)
+        add(name.strip(), distribution(what))
     with _bar(model) as show:
         try:
             data = run_study(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 import uuid
@@ -50,7 +51,7 @@ class Crew:
     def __init__(self, client: Client, fmu: bytes, task: Task):
         self._client, self._task = client, task
         self._job = Job(f"sigmafmu-{uuid.uuid4().hex}", fmu, task)
-        self._window, self._counted = 0, 0.0
+        self._window, self._counted = 0, -math.inf
 
     def __enter__(self) -> Crew:
         try:
@@ -83,22 +84,26 @@ class Crew:
             future = next(finished)
             start = pending.pop(future)
             try:
-                chunk = future.result()
+                chunk = self._result(future)
             except KilledWorker:
                 chunk = self._one_by_one(settings(start))
-            except CancelledError as error:
-                raise SigmafmuError("the connection to the scheduler was lost; resume goes on") from error
             take(start, chunk)
 
     def _submit(self, settings: Sequence[dict[str, Any]]) -> Any:
         return self._client.submit(run_chunk, self._job.name, settings, key=f"{self._job.name}-{uuid.uuid4().hex}")
+
+    def _result(self, future: Any) -> Chunk:
+        try:
+            return future.result()
+        except CancelledError as error:
+            raise SigmafmuError("the connection to the scheduler was lost; resume goes on") from error
 
     def _one_by_one(self, settings: Sequence[dict[str, Any]]) -> Chunk:
         """A chunk that has killed its workers: the run that does it is found, and told."""
         whole = self._task.empty(len(settings))
         for i, values in enumerate(settings):
             try:
-                one = self._submit([values]).result()
+                one = self._result(self._submit([values]))
             except KilledWorker:
                 one = self._task.empty(1, "killed", "the run ended its worker's process each time it was tried")
             whole.status[i], whole.messages[i] = one.status[0], one.messages[0]

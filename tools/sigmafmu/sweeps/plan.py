@@ -61,7 +61,9 @@ def plan(
             constants |= _scalars(fmu, key, value)
     if drawn:
         if runs is None:
-            raise SigmafmuError(f"{', '.join(drawn)} are sampled: give the number of runs")
+            raise SigmafmuError(
+                f"{', '.join(drawn)} {'is' if len(drawn) == 1 else 'are'} sampled: give the number of runs"
+            )
         blocks.append(sample(drawn, runs, sampling, seed))
     elif runs is not None:
         raise SigmafmuError(f"{runs} runs are wanted, but no parameter has a distribution to draw from")
