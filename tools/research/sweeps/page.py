@@ -55,16 +55,14 @@ def _beside_fmpy(ways: list[Measured]) -> str:
             row += [f"{1e3 * one.cpu / one.runs:.3g}", f"{one.per_core:.3g}", f"{ours.per_core / one.per_core:.2g}"]
         rows.append(row)
     head = ["way", "processes"]
-    head += [
-        f"{t:g} s: {what}" for t in (STOP_TIME, SHORT) for what in ("ms", "runs/s per core", "`sweep` is faster by")
-    ]
+    head += [f"{t:g} s: {what}" for t in (STOP_TIME, SHORT) for what in ("ms", "runs/s", "`sweep` gains")]
     return f"""\
 ### Beside FMPy
 
 {ways[-1].runs} runs of {STOP_TIME:g} s, and as many of {SHORT:g} s, of the slider-crank with H = {STEP_SIZE:g} s,
 h = 1 ms, {len(OUTPUT_SCALARS)} outputs; {ways[0].runs} where each opens the file. Each way has its processes, and what
-it keeps, before the clock starts. All agree to rounding. ms are those of all processes together for a run; `sweep` also
-writes its file.
+it keeps, before the clock starts. All agree to rounding. ms are those of all processes together for a run, runs/s those
+of a core; `sweep` also keeps its runs on the disk, and writes the file.
 
 {markdown_table(head, rows)}
 What counts is what is kept. A master that opens the FMU for each run spends its time there; one that keeps an instance,
@@ -96,7 +94,8 @@ def _endurance(whole: Endurance, alone: Stretch, both: Stretch) -> str:
 
 `sigmafmu sweep` of {whole.runs} such runs with a scalar, in chunks of {CHUNK}, on 2 workers. The command was
 killed (SIGKILL) after {whole.before.ended[1]} runs. Its cluster was gone {whole.gone:.1f} s later; `--resume` found
-all but {whole.lost} of these, and did the others. {whole.failed} runs failed. The file has {whole.size:.1f} MB for
+{"all" if not whole.lost else f"all but {whole.lost}"} of these, and did the others. {whole.failed} runs failed.
+The file has {whole.size:.1f} MB for
 {whole.raw:.1f} MB of numbers; putting it together took {whole.after.close:.1f} s with the end of the cluster.
 ms are seconds of processors per run, MB the largest memory (of all workers together).
 
@@ -125,6 +124,6 @@ processors for each chunk of {CHUNK} runs when measured alone. The table is **si
 process serves all chunks, one after the other, at that price, what share of their time do workers compute? The network
 and the heartbeats of 1000 workers are not in it.
 
-{markdown_table(("a run takes", "runs in a chunk", *(f"{w} workers" for w in WORKERS)), rows)}
+{markdown_table(("a run takes", "runs in a chunk", *(f"{w} worker{'s' * (w > 1)}" for w in WORKERS)), rows)}
 So a chunk should take longer than {1e3 * price:.2g} ms times the number of workers; `--chunk` sets its size.
 """

@@ -2,9 +2,7 @@
 
 import heapq
 import os
-import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -25,29 +23,29 @@ IDLE = 5.0  # s
 
 def overhead(chunks: int) -> float:
     """Seconds of processors that client and scheduler take for a chunk, beyond what they take while nothing happens."""
-    with connected(None, 2) as client, tempfile.TemporaryDirectory() as folder:
+    with connected(None, 2) as client:
         workers = set(client.run(os.getpid).values())
+        marks = []
 
-        def study(runs: int) -> None:
-            masses = np.linspace(0.1, 0.3, runs)
-            sigmafmu.sweep(
-                MODEL,
-                {"crank.mass": masses, **QUICK},
-                outputs=OUTPUTS,
-                stop_time=STOP_TIME,
-                step_size=STEP_SIZE,
-                scheduler=client,
-                chunk=CHUNK,
-                output=Path(folder) / "study.nc",
-            ).close()
+        def mark(finished: int, runs: int, _failed: int) -> None:
+            if finished in (CHUNK, runs):  # the first chunk brings imports, and the file comes after the last
+                marks.append((time.perf_counter(), _both(workers)))
 
-        study(CHUNK)  # imports, and what grows once
-        began, before = time.perf_counter(), _both(workers)
+        mark(CHUNK, 0, 0)
         time.sleep(IDLE)
-        idle = (_both(workers) - before) / (time.perf_counter() - began)
-        began, before = time.perf_counter(), _both(workers)
-        study(chunks * CHUNK)
-        return (_both(workers) - before - idle * (time.perf_counter() - began)) / chunks
+        mark(CHUNK, 0, 0)
+        sigmafmu.sweep(
+            MODEL,
+            {"crank.mass": np.linspace(0.1, 0.3, (chunks + 1) * CHUNK), **QUICK},
+            outputs=OUTPUTS,
+            stop_time=STOP_TIME,
+            step_size=STEP_SIZE,
+            scheduler=client,
+            chunk=CHUNK,
+            on_progress=mark,
+        )
+        (rest, rested), (busy, worked) = (np.subtract(marks[i + 1], marks[i]) for i in (0, 2))
+        return (worked - rested / rest * busy) / chunks
 
 
 def _both(workers: set[int]) -> float:
@@ -56,8 +54,8 @@ def _both(workers: set[int]) -> float:
     return sum(use.seconds for pid, use in uses.items() if pid not in workers)
 
 
-def efficiency(workers: int, chunk_time: float, overhead: float) -> float:
-    """Share of the time in which workers compute, if each chunk takes `overhead` seconds of the one process.
+def efficiency(workers: int, chunk_time: float, price: float) -> float:
+    """Share of the time in which workers compute, if each chunk takes `price` seconds of the one process.
 
     Events in time order: a worker that is free asks; the process serves one after the other; then the worker computes.
     """
@@ -66,7 +64,7 @@ def efficiency(workers: int, chunk_time: float, overhead: float) -> float:
     free, computed, end = 0.0, 0.0, 0.0
     for _ in range(CHUNKS_EACH * workers):
         asked, worker = heapq.heappop(asking)
-        free = max(free, asked) + overhead
+        free = max(free, asked) + price
         work = chunk_time * random.uniform(1 - SPREAD, 1 + SPREAD)
         computed += work
         end = max(end, free + work)
