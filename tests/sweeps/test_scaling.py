@@ -2,7 +2,7 @@
 
 import pytest
 
-from research.sweeps.scaling import CHUNKS_EACH, efficiency
+from research.sweeps.scaling import CHUNKS_EACH, SPREAD, efficiency
 
 
 def test_one_worker_waits_for_each_chunk():
@@ -11,7 +11,7 @@ def test_one_worker_waits_for_each_chunk():
 
 def test_without_a_price_workers_wait_for_the_last_alone():
     assert efficiency(1, 1.0, 0.0) == 1
-    assert 1 - 6 / CHUNKS_EACH**0.5 / CHUNKS_EACH < efficiency(100, 1.0, 0.0) < 1
+    assert 1 - (1 + SPREAD) / CHUNKS_EACH < efficiency(100, 1.0, 0.0) < 1
 
 
 def test_a_busy_process_sets_the_rate():
