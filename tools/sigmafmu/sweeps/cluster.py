@@ -40,7 +40,7 @@ def connected(scheduler: str | Client | None, workers: int | None) -> Iterator[C
                 raise SigmafmuError(f"there is no scheduler at {address}: {error}") from error
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError as error:
+        except distributed.TimeoutError as error:  # asyncio's in Python 3.10
             raise SigmafmuError(f"the scheduler has no worker after {PATIENCE:g} s") from error
         yield client
 
