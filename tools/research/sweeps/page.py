@@ -66,7 +66,8 @@ of a core; `sweep` also keeps its runs on the disk, and writes the file.
 
 {markdown_table(head, rows)}
 What counts is what is kept. A master that opens the FMU for each run spends its time there; one that keeps an instance,
-as FMPy's example does with code that is written for each study, and as `sweep` does, spends it on the mechanism.
+as FMPy's example does with code that is written for each study, and as `sweep` does, spends it on the mechanism. What
+`sweep` takes more is for the scheduler, finished runs on the disk, names and units, and the file.
 """
 
 
