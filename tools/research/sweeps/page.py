@@ -93,15 +93,15 @@ def _endurance(whole: Endurance, alone: Stretch, both: Stretch) -> str:
     return f"""\
 ### {whole.runs} runs, killed in the middle
 
-`sigmafmu sweep` of {whole.runs} such runs with a scalar, in chunks of {CHUNK}, on 2 workers. The command was
-killed (SIGKILL) after {whole.before.ended[1]} runs. Its cluster was gone {whole.gone:.1f} s later; `--resume` found
+`sigmafmu sweep` of {whole.runs} such runs with a scalar, in chunks of {CHUNK}, on 2 workers. The command was killed
+(SIGKILL) after {whole.before.ended[1]} runs. Its cluster was gone {whole.gone:.1f} s later; `--resume` found
 {"all" if not whole.lost else f"all but {whole.lost}"} of these, and did the others. {whole.failed} runs failed.
-The file has {whole.size:.1f} MB for
-{whole.raw:.1f} MB of numbers; putting it together took {whole.after.close:.1f} s with the end of the cluster.
-ms are seconds of processors per run, MB the largest memory (of all workers together).
+The file has {whole.size:.1f} MB for {whole.raw:.1f} MB of numbers; it took {whole.after.close:.1f} s, with the end of
+the cluster. ms are those of processors per run, MB the largest memory (of all workers together).
 
 {markdown_table(head, rows)}
-By the clock two workers were {both.rate / alone.rate:.2f} times as fast as one.
+By the clock, on cores that others used too, two workers were {both.rate / alone.rate:.2f} times as fast as one; by seconds of processors per run,
+{2 * alone.cost("workers") / both.cost("workers"):.2f} times.
 """
 
 
