@@ -100,8 +100,8 @@ The file has {whole.size:.1f} MB for {whole.raw:.1f} MB of numbers; it took {who
 the cluster. ms are those of processors per run, MB the largest memory (of all workers together).
 
 {markdown_table(head, rows)}
-By the clock, on cores that others used too, two workers were {both.rate / alone.rate:.2f} times as fast as one; by seconds of processors per run,
-{2 * alone.cost("workers") / both.cost("workers"):.2f} times.
+By the clock, on cores that others used too, two workers were {both.rate / alone.rate:.2f} times as fast as one;
+by seconds of processors per run, {2 * alone.cost("workers") / both.cost("workers"):.2f} times.
 """
 
 
