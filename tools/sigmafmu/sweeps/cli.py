@@ -6,7 +6,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
@@ -123,6 +122,8 @@ def sweep(
 def values(text: str) -> list[Any]:
     """`first:last:number` → equal distances; `a;b` → vectors; `a,b` → numbers or names."""
     if text.count(":") == 2:
+        import numpy as np
+
         try:
             first, last, number = text.split(":")
             return np.linspace(float(first), float(last), int(number)).tolist()
@@ -138,8 +139,8 @@ def _named(texts: Any) -> dict[str, str]:
 
 
 def _told(data: Any) -> str:
-    statuses = np.asarray(data["status"])
-    failed = int(np.count_nonzero(statuses))
+    statuses = data["status"].values
+    failed = int((statuses > 0).sum())
     first = f", {failed} of them failed; the first: {data['message'].values[statuses > 0][0]}" if failed else ""
     return f"{len(statuses)} runs of {data.sizes['time']} rows{first}"
 
