@@ -9,6 +9,8 @@ CASES = [
     ("scipy", "couple", "loop"),
     ("scipy", "sampling", "loop"),
     ("scipy", "modes check never.json", "modes"),
+    ("distributed", "sweep HeavyTop", "sweep"),
+    ("h5netcdf", "sweep HeavyTop", "sweep"),
     ("lxml", "ssp HeavyTop --output never.ssp", "loop"),
     ("pythonfmu", "ssp HeavyTop --output never.ssp", "loop"),
     ("mujoco", "convert robot.xml", "mjcf"),

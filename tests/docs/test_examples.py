@@ -35,6 +35,7 @@ NOT_RUN = {
     "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",
     "python -m sigmafmu.mechanism_file": "writes what tests/mechanism_file compares",
     "python -m research view": "takes pictures for minutes; tests/view has its parts",
+    "python -m research sweeps": "takes minutes",
     "python -m research study": "takes minutes; `make study QUICK=1` is part of CI",
 }
 """Beginning of a command → why it is parsed only."""
@@ -53,6 +54,7 @@ NO_EXAMPLES = {
     "fmu_src/lie/": "a listing of folders",
     "from OMSimulator": "OMSimulator is not among the test's packages",
     "import OMSimulator": "OMSimulator is not among the test's packages",
+    "dask scheduler": "wants machines; tests/sweeps/test_sweep.py has schedulers with processes",
     "gemseo_fmu": "GEMSEO wants an environment of its own; tests/masters/test_masters.py runs it there",
 }
 """Beginning of a block → why it is none."""
@@ -63,7 +65,7 @@ FAILS = {"sigmafmu check Wrong.yaml"}
 NEEDS = {"own-mechanism.md": ("libcosimpy", "ecospy")}
 """Page → packages that not every platform has."""
 
-FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat"}
+FILES = {".csv", ".png", ".json", ".ssp", ".md", ".npz", ".mat", ".nc"}
 """An --output with another ending is a variable."""
 
 RUN = {"python", "yaml", "xml", "text"}

@@ -126,6 +126,20 @@ def robots(
     write_text(output, text)
 
 
+@app.command(epilog="Example: python -m research sweeps --runs 1000")
+def sweeps(
+    runs: Annotated[int, typer.Option(min=500, help="Of the long study.")] = 10_000,
+    page: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file with the place for it.")] = Path(
+        "docs/sweep.md"
+    ),
+) -> None:
+    """Measure sweeps beside FMPy, through a kill, and simulate many workers; minutes."""
+    from research.sweeps.page import write
+
+    write(page, runs, lambda what: err.print(f"sweeps: {what}"))
+    out.print(f"wrote {page}", soft_wrap=True)
+
+
 @app.command(epilog="Example: python -m research references --only HeavyTop")
 def references(
     only: Annotated[list[str] | None, typer.Option(help="Make the reference of this model only (repeatable).")] = None,

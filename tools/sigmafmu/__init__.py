@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from sigmafmu.result import NotRecordedError as NotRecordedError
     from sigmafmu.result import Result as Result
     from sigmafmu.result import Statistics as Statistics
+    from sigmafmu.sweeps.study import sweep as sweep
     from sigmafmu.variables import Variable as Variable
 
 _MODULES = {
@@ -51,6 +52,7 @@ _MODULES = {
     "build_fmu": "sigmafmu.packing",
     "linearize": "sigmafmu.linear",
     "load": "sigmafmu.model",
+    "sweep": "sigmafmu.sweeps.study",
     "trim": "sigmafmu.linear",
 }
 """Public names that are imported when they are asked for, and where they are."""

@@ -27,6 +27,7 @@ from sigmafmu.loop.coupling_cli import register as register_coupling
 from sigmafmu.mechanism_file.cli import register as register_mechanism_file
 from sigmafmu.modes.cli import register as register_modes
 from sigmafmu.sigma_cli import register as register_sigma
+from sigmafmu.sweeps.cli import register as register_sweep
 from sigmafmu.view.cli import register as register_view
 
 app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False, rich_markup_mode="rich")
@@ -219,6 +220,7 @@ register_coupling(app)
 register_mechanism_file(app)
 register_modes(app)
 register_sigma(app)
+register_sweep(app)
 register_view(app)
 
 if __name__ == "__main__":

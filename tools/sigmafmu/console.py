@@ -30,7 +30,7 @@ REFRESH_SECONDS = 0.05
 
 
 def _console(*, stderr: bool = False) -> Console:
-    console = Console(stderr=stderr, highlight=False)
+    console = Console(stderr=stderr, highlight=False, emoji=False)  # :x: is text
     if not console.is_terminal:
         console.width = PLAIN_WIDTH
     return console

@@ -7,7 +7,10 @@ from sigmafmu import SigmafmuError
 
 EXTRAS = {
     "control": "linear",
+    "dask": "sweep",
+    "distributed": "sweep",
     "fastparquet": "data",
+    "h5netcdf": "sweep",
     "lxml": "loop",
     "mujoco": "mjcf",
     "pandas": "data",
@@ -15,9 +18,10 @@ EXTRAS = {
     "scipy": "loop",
     "trimesh": "meshes",
     "xarray": "data",
+    "zarr": "zarr",
 }
 """Package → extra that brings it."""
-EXTRA_OF_COMMAND = {"modes": "modes"}
+EXTRA_OF_COMMAND = {"modes": "modes", "sweep": "sweep"}
 """Commands that have an extra of their own."""
 
 

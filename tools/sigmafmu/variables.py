@@ -110,6 +110,9 @@ def select(fmu: Fmu, patterns: Iterable[str]) -> list[ModelVariable]:
     """
     chosen: dict[str, ModelVariable] = {}
     for text in patterns:
+        if text in fmu.variables:  # a scalar: nothing to search for
+            chosen[text] = fmu.variables[text]
+            continue
         candidates = outputs(fmu) if re.search(r"[*?]", text) else fmu.description.modelVariables
         matches = {v.name: v for v in candidates if pattern(text).fullmatch(v.name)}
         if not matches:
