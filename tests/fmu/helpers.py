@@ -103,6 +103,11 @@ def modal_files(fmu: Fmu) -> list[Path]:
     return sorted(path for path in (fmu.directory / "resources").glob("*.json") if path.name not in own)
 
 
+def reads_resources(fmu: Fmu) -> bool:
+    """Whether its binary reads anything there; a rigid FMU that has been compiled has only a file for drawings."""
+    return is_made_of_a_file(fmu) or bool(modal_files(fmu))
+
+
 class Instance:
     """One instance of an FMU, with names instead of value references; it remembers every log message."""
 

@@ -17,7 +17,19 @@ from fmpy.fmi2 import (
     fmi2Terminated,
 )
 
-from .helpers import DISCARD, ERROR, OK, Instance, assert_same_bits, bodies, inputs, parameters, rigid_bodies, status_of
+from .helpers import (
+    DISCARD,
+    ERROR,
+    OK,
+    Instance,
+    assert_same_bits,
+    bodies,
+    inputs,
+    parameters,
+    reads_resources,
+    rigid_bodies,
+    status_of,
+)
 
 COMPLAINTS = {"error": "logStatusError", "discard": "logStatusDiscard", "warning": "logStatusWarning"}
 
@@ -541,7 +553,7 @@ RESOURCES = {
 def test_resource_location_matters_only_where_there_are_resources(fmu, model, instantiate, resources):
     recorder = Recorder()
     component = instantiate(recorder, resources=resources)
-    if not (fmu(model).directory / "resources").exists():
+    if not reads_resources(fmu(model)):
         assert component
         return
     assert component is None
