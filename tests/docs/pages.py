@@ -7,6 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 _FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+_INCLUDED = re.compile(r'^--8<-- "(?P<file>.*)"$', re.MULTILINE)
 _INLINE = re.compile(r"`((?:sigmafmu|python -m research|make) [^`]*)`")
 PROGRAMS = ("sigmafmu", "python", "make", "pip", "cmake", "git")
 
@@ -19,6 +20,8 @@ class Block:
     line: int
     language: str
     text: str
+    included: str = ""
+    """The file of docs/examples that it shows."""
 
     @property
     def name(self) -> str:
@@ -36,7 +39,10 @@ def blocks() -> list[Block]:
         text = read(page)
         for match in _FENCE.finditer(text):
             line = text[: match.start()].count("\n") + 2
-            found.append(Block(page.name, line, match["language"], match["text"]))
+            body, included = match["text"], _INCLUDED.search(match["text"])
+            if included:
+                body = (ROOT / included["file"]).read_text(encoding="utf-8")
+            found.append(Block(page.name, line, match["language"], body, included["file"] if included else ""))
     return found
 
 
@@ -48,7 +54,7 @@ def is_shell(block: Block) -> bool:
 def command_lines(block: Block) -> list[str]:
     """The commands of a block, without comments and with continued lines joined."""
     lines = re.sub(r"\\\n\s*", "", block.text).splitlines()
-    return [command for line in lines if (command := line.partition(" #")[0].strip())]
+    return [command for line in lines if (command := line.partition(" #")[0].strip().removeprefix(".venv/bin/"))]
 
 
 def inline_commands() -> list[tuple[str, str]]:

@@ -1,0 +1,71 @@
+"""What the site of `make docs` is made of: pages, their order, and the public names."""
+
+import importlib.util
+import re
+
+import pytest
+
+import sigmafmu
+
+from .pages import PAGES, ROOT, read
+
+LINES_OF_A_SCREEN = 45
+
+
+def names_of_pages():
+    return {page.name for page in PAGES if page.name != "README.md"}
+
+
+def test_every_page_is_in_the_navigation():
+    shown = re.findall(r'"([\w-]+\.md)"', read(ROOT / "zensical.toml"))
+    assert len(shown) == len(set(shown))
+    assert set(shown) == names_of_pages() | {"index.md"}
+
+
+def test_every_page_is_in_the_list_of_pages():
+    listed = set(re.findall(r"\]\(([\w-]+\.md)", read(ROOT / "docs" / "pages.md")))
+    assert listed == names_of_pages() - {"pages.md"}
+
+
+def test_every_public_name_is_in_the_reference():
+    told = re.findall(r"^::: sigmafmu\.(\w+)$", read(ROOT / "docs" / "api.md"), re.MULTILINE)
+    assert sorted(told) == sorted(set(sigmafmu.__all__) - {"__version__"})
+
+
+def test_every_public_name_has_a_docstring():
+    for name in sigmafmu.__all__:
+        thing = getattr(sigmafmu, name)
+        assert thing.__doc__, name
+        for key, member in vars(thing).items() if isinstance(thing, type) else ():
+            if not key.startswith("_") and (callable(member) or isinstance(member, property)):
+                assert member.__doc__, f"{name}.{key}"
+
+
+def test_readme_is_a_screen_with_one_picture():
+    text = read(ROOT / "README.md")
+    assert len(text.splitlines()) <= LINES_OF_A_SCREEN
+    assert text.count("![") == 1
+
+
+@pytest.fixture(scope="module")
+def site():
+    spec = importlib.util.spec_from_file_location("site_of_docs", ROOT / "tools" / "site.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_links_of_pages(site, tmp_path):
+    """README.md is the first page; what is not in docs/ comes along."""
+    assert site.on_site(ROOT / "docs" / "view.md", tmp_path) == "view.md"
+    assert site.on_site(ROOT / "docs" / "images" / ".." / "fmi.md", tmp_path) == "fmi.md"
+    assert site.on_site(ROOT / "docs" / ".." / "README.md", tmp_path) == "index.md"
+    assert site.on_site(ROOT / "LICENSE", tmp_path) == "source/LICENSE"
+    assert (tmp_path / "source" / "LICENSE").read_text("utf-8") == (ROOT / "LICENSE").read_text("utf-8")
+    with pytest.raises(FileNotFoundError):
+        site.on_site(ROOT / "docs" / "images" / "nothing.png", tmp_path)
+
+
+def test_other_links_stay(site):
+    text = "[a](#here) [b](https://x.y) [c](mailto:z) [d](fmi.md#there) ![e](images/a.png)"
+    assert site.LINK.sub("*", text) == "[a](#here) [b](https://x.y) [c](mailto:z) [d](*#there) ![e](*)"
