@@ -158,11 +158,11 @@ references: build ## make tests/references again, with Exudyn and in minimal coo
 	@echo "references: Exudyn, minimal coordinates"
 	@$(RESEARCH) references
 
-# tools/site.py takes only links that lead to files; zensical warns of pages and headings that are not there.
+# tools/docs_site.py takes only links that lead to files; zensical warns of pages and headings that are not there.
 docs: $(SETUP) ## make the documentation site -> build/site, with strict links
 	@echo "docs: README.md and docs -> build/site (the first time 0.1 GB of packages in $(VENV))"
 	@$(PIP) install -q --group docs
-	@$(BIN)/python tools/site.py build/pages
+	@$(BIN)/python tools/docs_site.py build/pages
 	@$(BIN)/zensical build --strict
 
 clean: ## remove what the other targets made

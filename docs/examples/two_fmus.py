@@ -1,7 +1,5 @@
 """Two heavy tops, each an FMU, tied by a spring: with forces held over each step, and with forces that are iterated."""
 
-import numpy as np
-
 import sigmafmu
 
 STIFFNESS, H, STEPS = 1e5, 1e-3, 200  # N/m, s

@@ -4,10 +4,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from docs_site import EXAMPLE, example_of
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 _FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-_INCLUDED = re.compile(r'^--8<-- "(?P<file>.*)"$', re.MULTILINE)
 _INLINE = re.compile(r"`((?:sigmafmu|python -m research|make) [^`]*)`")
 PROGRAMS = ("sigmafmu", "python", "make", "pip", "cmake", "git")
 
@@ -39,10 +40,9 @@ def blocks() -> list[Block]:
         text = read(page)
         for match in _FENCE.finditer(text):
             line = text[: match.start()].count("\n") + 2
-            body, included = match["text"], _INCLUDED.search(match["text"])
-            if included:
-                body = (ROOT / included["file"]).read_text(encoding="utf-8")
-            found.append(Block(page.name, line, match["language"], body, included["file"] if included else ""))
+            example = EXAMPLE.search(match[0])
+            file, body = (example["file"], example_of(example["file"])) if example else ("", match["text"])
+            found.append(Block(page.name, line, match["language"], body, file))
     return found
 
 

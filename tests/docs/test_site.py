@@ -1,11 +1,11 @@
 """What the site of `make docs` is made of: pages, their order, and the public names."""
 
-import importlib.util
 import re
 
 import pytest
 
 import sigmafmu
+from docs_site import LINK, on_site, write
 
 from .pages import PAGES, ROOT, read
 
@@ -47,25 +47,24 @@ def test_readme_is_a_screen_with_one_picture():
     assert text.count("![") == 1
 
 
-@pytest.fixture(scope="module")
-def site():
-    spec = importlib.util.spec_from_file_location("site_of_docs", ROOT / "tools" / "site.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_links_of_pages(site, tmp_path):
+def test_links_of_pages(tmp_path):
     """README.md is the first page; what is not in docs/ comes along."""
-    assert site.on_site(ROOT / "docs" / "view.md", tmp_path) == "view.md"
-    assert site.on_site(ROOT / "docs" / "images" / ".." / "fmi.md", tmp_path) == "fmi.md"
-    assert site.on_site(ROOT / "docs" / ".." / "README.md", tmp_path) == "index.md"
-    assert site.on_site(ROOT / "LICENSE", tmp_path) == "source/LICENSE"
+    page = ROOT / "docs" / "fmi.md"
+    assert on_site(page, "view.md", tmp_path) == "view.md"
+    assert on_site(ROOT / "README.md", "docs/view.md", tmp_path) == "view.md"
+    assert on_site(page, "../README.md", tmp_path) == "index.md"
+    assert on_site(page, "../LICENSE", tmp_path) == "source/LICENSE"
     assert (tmp_path / "source" / "LICENSE").read_text("utf-8") == (ROOT / "LICENSE").read_text("utf-8")
-    with pytest.raises(FileNotFoundError):
-        site.on_site(ROOT / "docs" / "images" / "nothing.png", tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"fmi\.md links to images/nothing\.png, which is not there"):
+        on_site(page, "images/nothing.png", tmp_path)
 
 
-def test_other_links_stay(site):
+def test_every_link_leads_to_a_file_and_examples_are_shown(tmp_path):
+    write(tmp_path / "pages")
+    text = read(tmp_path / "pages" / "start.md")
+    assert read(ROOT / "docs" / "examples" / "first_fmu.py") in text
+
+
+def test_other_links_stay():
     text = "[a](#here) [b](https://x.y) [c](mailto:z) [d](fmi.md#there) ![e](images/a.png)"
-    assert site.LINK.sub("*", text) == "[a](#here) [b](https://x.y) [c](mailto:z) [d](*#there) ![e](*)"
+    assert LINK.sub("*", text) == "[a](#here) [b](https://x.y) [c](mailto:z) [d](*#there) ![e](*)"

@@ -119,6 +119,16 @@ def gallery(
     write(document, images, names or (), lambda what: err.print(f"gallery: {what}"))
 
 
+@app.command(epilog="Example: python -m research newcomer")
+def newcomer(
+    document: Annotated[Path, typer.Option(metavar="FILE", help="The page with the table.")] = Path("docs/start.md"),
+) -> None:
+    """Clone, set up, build, and show a mechanism in headless Chromium, all timed; minutes."""
+    from research.newcomer import write
+
+    write(document)
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""

@@ -11,29 +11,31 @@ from PIL import Image
 
 import sigmafmu
 from research.browser import Browser
+from research.view import slide
 from sigmafmu.view import page as pages
 from sigmafmu.view.subject import model_of, scene_of_fmu, to_record
 
 LIBRARY = Path(__file__).resolve().parents[2] / "models" / "library"
 WINDOW = (640, 480)
 SIZE = (320, 240)
-FRAMES = 24
-PERIOD = 80
+FRAMES = 20
+STEPS = 600
+"""Communication steps of a run."""
+PERIOD = 90
 """Milliseconds that a frame is shown."""
-QUALITY = 50
+QUALITY = 30
 FIRST = "SliderCrank"
 """README.md shows it, larger and with its reactions."""
 
 
 @dataclass(frozen=True)
 class Take:
-    """From when to when a mechanism is shown [s], after which keys and with which sliders of the panel."""
+    """Until when a mechanism is shown [s], after which keys and with which slider of the panel."""
 
     end: float
-    start: float = 0.0
-    keys: str = ""
+    keys: str = "ll"
+    """Without names."""
     deformation: float = 0.0
-    settings: tuple[tuple[str, object], ...] = ()
 
 
 TAKES = {
@@ -45,12 +47,12 @@ TAKES = {
     "CrankRocker": Take(1.0),
     "DoubleFourBar": Take(3.0),
     "DoubleWishbone": Take(1.0),
-    "FlexiblePendulum": Take(2.0, keys="t", deformation=0.6),
+    "FlexiblePendulum": Take(2.0, keys="llt", deformation=0.6),
     "FlexibleSliderCrank": Take(2.0, deformation=0.6),
     "Flyball": Take(2.0),
     "FreeBody": Take(6.0),
     "GearTrain": Take(1.0),
-    "HeavyTop": Take(2.0, keys="t"),
+    "HeavyTop": Take(2.0, keys="llt"),
     "HighSpeedRotor": Take(6e-4),
     "JeffcottRotor": Take(0.1),
     "PlanarFourBar": Take(2.0),
@@ -72,12 +74,16 @@ def write(document: Path, images: Path, names: Iterable[str], on_step: Callable[
     """Take pictures of `names` (none: all) into the folder `images`/gallery; write `document`."""
     folder = images / "gallery"
     folder.mkdir(parents=True, exist_ok=True)
-    for name in names or targets():
-        on_step(name)
-        pictures = _pictures(name, TAKES[name], WINDOW)
-        _save(pictures, SIZE, folder / f"{name}.webp")
-        if name == FIRST:
-            _save(pictures, WINDOW, images / "slider_crank.webp")
+    browser = Browser(*WINDOW)
+    try:
+        for name in names or targets():
+            on_step(name)
+            pictures = _pictures(browser, name, TAKES[name])
+            _save(pictures, SIZE, folder / f"{name}.webp")
+            if name == FIRST:
+                _save(pictures, WINDOW, images / "slider_crank.webp")
+    finally:
+        browser.driver.quit()
     document.write_text(text(), encoding="utf-8")
 
 
@@ -95,8 +101,8 @@ HEAD = """\
 # Gallery
 
 Every mechanism of the package. The commands show each in the browser, to be turned, slowed down and followed
-([how](view.md)); bending is exaggerated here. Files are in the folder `models/library` of the sources, and copies in the
-installed package. Pictures and page are written by `python -m research gallery`.
+([how](view.md)); bending is exaggerated here. Files are in the folder `models/library` of the sources, and in the
+package. Pictures and page are written by `python -m research gallery`.
 """
 
 
@@ -106,33 +112,26 @@ def _description(name: str, target: str) -> str:
     return yaml.safe_load(Path(target).read_text(encoding="utf-8"))["description"]
 
 
-def _pictures(name: str, take: Take, size: tuple[int, int]) -> list[Image.Image]:
-    """FRAMES of them, evenly from start to end."""
+def _pictures(browser: Browser, name: str, take: Take) -> list[Image.Image]:
+    """FRAMES of them, evenly from the start."""
     model = model_of(targets()[name])
     scene = scene_of_fmu(model.fmu)
-    result = model.run(take.end, step_size=take.end / 600, outputs=to_record(model, scene))
-    browser = Browser(*size)
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / f"{name}.html"
-            file.write_text(pages.page(scene, result), encoding="utf-8")
-            browser.open(file)
-            browser.press(*"vp", *take.keys)  # without panel and plots
-            if take.deformation:
-                browser.run(
-                    "const slider = document.querySelector('[aria-label=deformation]');"
-                    f"slider.value = {take.deformation}; slider.dispatchEvent(new Event('input'));"
-                )
-            pictures = []
-            for t in np.linspace(take.start, take.end, FRAMES, endpoint=False):
-                browser.run(f"sigmafmu.seek({t})")
-                pictures.append(Image.fromarray(browser.picture().astype(np.uint8)))
-            return pictures
-    finally:
-        browser.driver.quit()
+    result = model.run(take.end, step_size=take.end / STEPS, outputs=to_record(model, scene))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{name}.html"
+        file.write_text(pages.page(scene, result), encoding="utf-8")
+        browser.open(file)
+    browser.press(*"vp", *take.keys)  # without panel and plots
+    if take.deformation:
+        browser.run(slide("deformation", take.deformation))
+    pictures = []
+    for t in np.linspace(0.0, take.end, FRAMES, endpoint=False):
+        browser.run(f"sigmafmu.seek({t})")
+        pictures.append(Image.fromarray(browser.picture().astype(np.uint8)))
+    return pictures
 
 
 def _save(pictures: list[Image.Image], size: tuple[int, int], path: Path) -> None:
     first, *rest = [picture.resize(size, Image.Resampling.LANCZOS) for picture in pictures]
-    options = {"save_all": True, "duration": PERIOD, "loop": 0, "quality": QUALITY, "method": 6}
+    options = {"save_all": True, "duration": PERIOD, "loop": 0, "quality": QUALITY, "method": 6, "minimize_size": True}
     first.save(path, append_images=rest, **options)
