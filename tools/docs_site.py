@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(?<=\]\()(?!\w+:|#)(?P<path>[^)#\s]+)")
-EXAMPLE = re.compile(r"(?<=\n)(?:# |<!-- )(?P<file>docs/examples/[\w.]+)(?: -->)?\n(?=```\n)")
+EXAMPLE = re.compile(r"(?<=\n)(?:# |<!-- )(?P<file>docs/examples/[\w.]+)(?: -->)?\n(?=```)")
 
 
 def write(folder: Path) -> None:

@@ -35,6 +35,7 @@ NOT_RUN = {
     "sigmafmu sampling": "takes a minute; tests/loop/test_sampling.py runs its parts",
     "python -m sigmafmu.mechanism_file": "writes what tests/mechanism_file compares",
     "python -m research view": "takes pictures for minutes; tests/view has its parts",
+    "sigmafmu view models/library/": "names files of the sources; test_site.py compares the page with them",
     "python -m research gallery": "takes pictures for minutes",
     "python -m research newcomer": "clones, sets up and builds",
     "python -m research study": "takes minutes; `make study QUICK=1` is part of CI",

@@ -6,10 +6,12 @@ import pytest
 
 import sigmafmu
 from docs_site import LINK, on_site, write
+from research import gallery
 
 from .pages import PAGES, ROOT, read
 
 LINES_OF_A_SCREEN = 45
+BYTES_OF_THE_GALLERY = 2_000_000
 
 
 def names_of_pages():
@@ -45,6 +47,15 @@ def test_readme_is_a_screen_with_one_picture():
     text = read(ROOT / "README.md")
     assert len(text.splitlines()) <= LINES_OF_A_SCREEN
     assert text.count("![") == 1
+
+
+def test_gallery_shows_every_mechanism():
+    """As its command writes it, with no picture more."""
+    assert set(gallery.TAKES) == set(gallery.targets())
+    assert read(ROOT / "docs" / "gallery.md") == gallery.text()
+    pictures = list((ROOT / "docs" / "images" / "gallery").iterdir())
+    assert {path.name for path in pictures} == {f"{name}.webp" for name in gallery.TAKES}
+    assert sum(path.stat().st_size for path in pictures) < BYTES_OF_THE_GALLERY
 
 
 def test_links_of_pages(tmp_path):

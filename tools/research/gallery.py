@@ -46,7 +46,7 @@ TAKES = {
     "Chain10": Take(2.0),
     "CrankRocker": Take(1.0),
     "DoubleFourBar": Take(3.0),
-    "DoubleWishbone": Take(1.0),
+    "DoubleWishbone": Take(0.5),
     "FlexiblePendulum": Take(2.0, keys="llt", deformation=0.6),
     "FlexibleSliderCrank": Take(2.0, deformation=0.6),
     "Flyball": Take(2.0),
@@ -121,7 +121,7 @@ def _pictures(browser: Browser, name: str, take: Take) -> list[Image.Image]:
         file = Path(folder) / f"{name}.html"
         file.write_text(pages.page(scene, result), encoding="utf-8")
         browser.open(file)
-    browser.press(*"vp", *take.keys)  # without panel and plots
+    browser.press(*"vpr", *take.keys)  # without panel and plots, all of it in view
     if take.deformation:
         browser.run(slide("deformation", take.deformation))
     pictures = []

@@ -37,9 +37,10 @@ def measured() -> str:
 
 def write(document: Path) -> None:
     """Put the table into `document` between its marks."""
+    table = measured()
     text = document.read_text(encoding="utf-8")
     before, after = text.partition(START)[0], text.partition(END)[2]
-    document.write_text(f"{before}{START}\n{measured()}{END}{after}", encoding="utf-8")
+    document.write_text(f"{before}{START}\n{table}{END}{after}", encoding="utf-8")
 
 
 def _time(command: str, folder: Path) -> tuple[float, float]:
