@@ -120,13 +120,11 @@ def gallery(
 
 
 @app.command(epilog="Example: python -m research newcomer")
-def newcomer(
-    document: Annotated[Path, typer.Option(metavar="FILE", help="The page with the table.")] = Path("docs/start.md"),
-) -> None:
+def newcomer() -> None:
     """Clone, set up, build, and show a mechanism in headless Chromium, all timed; minutes."""
-    from research.newcomer import write
+    from research.newcomer import table
 
-    write(document)
+    typer.echo(table())
 
 
 @app.command(epilog="Example: python -m research linear")

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +30,13 @@ FIRST = "SliderCrank"
 
 @dataclass(frozen=True)
 class Take:
-    """Until when a mechanism is shown [s], after which keys and with which slider of the panel."""
+    """Until when a mechanism is shown [s], after which keys, with which slider of the panel, and driven by what."""
 
     end: float
-    keys: str = "ll"
-    """Without names."""
+    keys: str = ""
     deformation: float = 0.0
+    names: bool = False
+    settings: dict[str, float] = field(default_factory=dict)
 
 
 TAKES = {
@@ -46,21 +47,21 @@ TAKES = {
     "Chain10": Take(2.0),
     "CrankRocker": Take(1.0),
     "DoubleFourBar": Take(3.0),
-    "DoubleWishbone": Take(0.5),
-    "FlexiblePendulum": Take(2.0, keys="llt", deformation=0.6),
+    "DoubleWishbone": Take(0.5, settings={"wheel.force[3]": 3000.0}),
+    "FlexiblePendulum": Take(2.0, keys="t", deformation=0.6),
     "FlexibleSliderCrank": Take(2.0, deformation=0.6),
     "Flyball": Take(2.0),
     "FreeBody": Take(6.0),
     "GearTrain": Take(1.0),
-    "HeavyTop": Take(2.0, keys="llt"),
+    "HeavyTop": Take(2.0, keys="t"),
     "HighSpeedRotor": Take(6e-4),
     "JeffcottRotor": Take(0.1),
     "PlanarFourBar": Take(2.0),
     "PlanetaryGear": Take(1.0),
     "RobotArm": Take(1.0),
-    "SliderCrank": Take(1.1, keys="a"),
-    "SpinUpBeam": Take(12.0, deformation=0.5),
-    "StewartPlatform": Take(2.0),
+    "SliderCrank": Take(1.1, keys="a", names=True),
+    "SpinUpBeam": Take(6.0, deformation=0.5, settings={"hubPivot.motorTorque": 200.0}),
+    "StewartPlatform": Take(1.0, settings={"leg1.actuatorForce": 2000.0, "leg2.actuatorForce": -2000.0}),
 }
 
 
@@ -92,6 +93,7 @@ def text() -> str:
     lines = [HEAD]
     for name, target in targets().items():
         shown = target if target == name else f"models/library/{name}.yaml"
+        shown += "".join(f" --set '{key}={value:g}'" for key, value in TAKES[name].settings.items())
         lines.append(f"## {name}\n\n{_description(name, target)}.\n\n![{name}](images/gallery/{name}.webp)\n")
         lines.append(f"```\nsigmafmu view {shown}\n```\n")
     return "\n".join(lines)
@@ -116,12 +118,16 @@ def _pictures(browser: Browser, name: str, take: Take) -> list[Image.Image]:
     """FRAMES of them, evenly from the start."""
     model = model_of(targets()[name])
     scene = scene_of_fmu(model.fmu)
-    result = model.run(take.end, step_size=take.end / STEPS, outputs=to_record(model, scene))
+    result = model.run(take.end, step_size=take.end / STEPS, parameters=take.settings, outputs=to_record(model, scene))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{name}.html"
         file.write_text(pages.page(scene, result), encoding="utf-8")
         browser.open(file)
-    browser.press(*"vpr", *take.keys)  # without panel and plots, all of it in view
+    browser.press("v", "p")  # without panel and plots
+    browser.picture()  # the picture has its size
+    browser.press("r", *take.keys)
+    while (browser.state["names"] != "none") and not take.names:
+        browser.press("l")
     if take.deformation:
         browser.run(slide("deformation", take.deformation))
     pictures = []

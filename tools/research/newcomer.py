@@ -9,7 +9,6 @@ from pathlib import Path
 from research.browser import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
-START, END = "<!-- newcomer -->", "<!-- /newcomer -->"
 COMMANDS = (
     ("git clone {root} sigmafmu", "."),
     ("make setup", "sigmafmu"),
@@ -20,8 +19,8 @@ COMMANDS = (
 SHOWN = "open `Pendulum.html` in Chromium, until it moves"
 
 
-def measured() -> str:
-    """The table: elapsed and processor time of each command, all that it starts included."""
+def table() -> str:
+    """Markdown: elapsed and processor time of each command, all that it starts included."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for command, place in COMMANDS:
@@ -33,14 +32,6 @@ def measured() -> str:
     lines = ["| command | elapsed | processor |", "|---|---|---|"]
     lines += [f"| {what} | {_s(elapsed)} | {_s(busy)} |" for what, elapsed, busy in (*rows, ("all", total, busy))]
     return "\n".join(lines) + "\n"
-
-
-def write(document: Path) -> None:
-    """Put the table into `document` between its marks."""
-    table = measured()
-    text = document.read_text(encoding="utf-8")
-    before, after = text.partition(START)[0], text.partition(END)[2]
-    document.write_text(f"{before}{START}\n{table}{END}{after}", encoding="utf-8")
 
 
 def _time(command: str, folder: Path) -> tuple[float, float]:
