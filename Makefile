@@ -163,7 +163,7 @@ docs: $(SETUP) ## make the documentation site -> build/site, with strict links
 	@echo "docs: README.md and docs -> build/site (the first time 0.1 GB of packages in $(VENV))"
 	@$(PIP) install -q --group docs
 	@$(BIN)/python tools/docs_site.py build/pages
-	@$(BIN)/zensical build --strict
+	@$(BIN)/zensical build --clean --strict
 
 clean: ## remove what the other targets made
 	@echo "clean: $(VENV), build, demo and caches"
