@@ -34,7 +34,7 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint tidy format clean
-.PHONY: bench measure study references
+.PHONY: bench docs measure study references
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -158,7 +158,14 @@ references: build ## make tests/references again, with Exudyn and in minimal coo
 	@echo "references: Exudyn, minimal coordinates"
 	@$(RESEARCH) references
 
+# tools/docs_site.py takes only links that lead to files; zensical warns of pages and headings that are not there.
+docs: $(SETUP) ## make the documentation site -> build/site, with strict links
+	@echo "docs: README.md and docs -> build/site (the first time 0.1 GB of packages in $(VENV))"
+	@$(PIP) install -q --group docs
+	@$(BIN)/python tools/docs_site.py build/pages
+	@$(BIN)/zensical build --clean --strict
+
 clean: ## remove what the other targets made
 	@echo "clean: $(VENV), build, demo and caches"
-	@rm -rf $(VENV) build demo dist .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) build demo dist .cache .pytest_cache .ruff_cache .hypothesis
 	@find $(SOURCE_DIRS) tests -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true

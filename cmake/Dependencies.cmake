@@ -35,7 +35,7 @@ list(GET SIGMAFMU_PYTHON_DIRS 3 JSON_HEADERS)
 string(REPLACE "|" ";" CMEEL_PREFIXES "${CMEEL_PREFIXES}")
 list(APPEND CMAKE_PREFIX_PATH ${CMEEL_PREFIXES})
 
-set(SIGMAFMU_HINT "`make setup` installs it into .venv; or see \"Building\" in README.md.")
+set(SIGMAFMU_HINT "`make setup` installs it into .venv; or see \"Building without make\" in docs/development.md.")
 
 find_package(Eigen3 3.4 NO_MODULE QUIET)
 if(NOT Eigen3_FOUND)

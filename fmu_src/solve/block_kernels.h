@@ -28,14 +28,12 @@ double dot(int n, const double* x, const double* y) {
 // C (m x n) -= A (m x k) B (k x n). N, K: n, k as constants, or 0.
 template <int K, int N>
 void subtract_product(int m, int k, int n, const double* A, const double* B, double* C) {
-  if constexpr (K > 0 && N == 1) {
-    for (int i = 0; i < m; ++i, A += K) C[i] -= dot<K>(K, A, B);
-  } else if constexpr (K > 0 && N > 0) {
+  if constexpr (K > 0 && N > 0) {
     for (int i = 0; i < m; ++i, A += K, C += N) {
       double sum[N];
       for (int j = 0; j < N; ++j) sum[j] = C[j];
       for (int l = 0; l < K; ++l) {
-        if (A[l] == 0) continue;  // rows of joints have many zeros
+        if (N > 1 && A[l] == 0) continue;  // rows of joints have many zeros
         for (int j = 0; j < N; ++j) sum[j] -= A[l] * B[l * N + j];
       }
       for (int j = 0; j < N; ++j) C[j] = sum[j];

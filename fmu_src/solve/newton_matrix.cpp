@@ -37,12 +37,17 @@ void add_product(int m, const double* A, const Block<N>& X, double* row) {
 template <typename Matrix>
 void add_product_transposed(const Matrix& D, int m, const double* A, double* out) {
   constexpr int kColumns = Matrix::ColsAtCompileTime;
-  const int size = static_cast<int>(D.rows()), columns = static_cast<int>(D.cols());
-  Eigen::Matrix<double, 1, kColumns> row(columns);
-  for (int c = 0; c < size; ++c) {
-    row = D.row(c);
+  const Eigen::Index columns = D.cols();
+  for (Eigen::Index c = 0; c < D.rows(); ++c) {
     const double* a = A;
-    for (int r = 0; r < m; ++r, a += columns) *out++ += kernels::dot<std::max(kColumns, 0)>(columns, row.data(), a);
+    if constexpr (kColumns == Dynamic) {
+      for (int r = 0; r < m; ++r, a += columns, ++out) {
+        for (Eigen::Index k = 0; k < columns; ++k) *out += D(c, k) * a[k];
+      }
+    } else {
+      const Eigen::Matrix<double, 1, kColumns> row = D.row(c);
+      for (int r = 0; r < m; ++r, a += columns) *out++ += kernels::dot<kColumns>(kColumns, row.data(), a);
+    }
   }
 }
 

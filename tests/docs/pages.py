@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from docs_site import EXAMPLE, example_of
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 _FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -19,6 +21,8 @@ class Block:
     line: int
     language: str
     text: str
+    included: str = ""
+    """The file of docs/examples that it shows."""
 
     @property
     def name(self) -> str:
@@ -36,7 +40,9 @@ def blocks() -> list[Block]:
         text = read(page)
         for match in _FENCE.finditer(text):
             line = text[: match.start()].count("\n") + 2
-            found.append(Block(page.name, line, match["language"], match["text"]))
+            example = EXAMPLE.search(match[0])
+            file, body = (example["file"], example_of(example["file"])) if example else ("", match["text"])
+            found.append(Block(page.name, line, match["language"], body, file))
     return found
 
 
@@ -48,7 +54,7 @@ def is_shell(block: Block) -> bool:
 def command_lines(block: Block) -> list[str]:
     """The commands of a block, without comments and with continued lines joined."""
     lines = re.sub(r"\\\n\s*", "", block.text).splitlines()
-    return [command for line in lines if (command := line.partition(" #")[0].strip())]
+    return [command for line in lines if (command := line.partition(" #")[0].strip().removeprefix(".venv/bin/"))]
 
 
 def inline_commands() -> list[tuple[str, str]]:

@@ -61,12 +61,11 @@ def two(x: float) -> str:
 
 def markdown_rows(page: str, beginning: str) -> list[list[str]]:
     """Cells of the rows of a page's tables that begin so."""
-    path = ROOT / page if page == "README.md" else ROOT / "docs" / page
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = (ROOT / "docs" / page).read_text(encoding="utf-8").splitlines()
     return [[c.strip() for c in line.strip("|").split("|")] for line in lines if line.startswith(f"| {beginning}")]
 
 
-# --- σ: README, sigma.md and study.md say the same --------------------------------------------------------------------
+# --- σ: settings.md, sigma.md and study.md say the same --------------------------------------------------------------------
 
 
 def rotor_gain() -> tuple[float, float]:
@@ -76,18 +75,18 @@ def rotor_gain() -> tuple[float, float]:
     return float(best.split()[-1]), errors[0] / errors[1]
 
 
-def test_readme_on_sigma():
+def test_settings_on_sigma():
     sigma, factor = rotor_gain()
     top = only("sigma_top", formulation="index 3", end="1", rho="0.9")
     default = only("sigma_top", formulation="stabilized index 2", end="1", rho="0.9")
     assert (
         f"the rotor gains a factor {factor:.0f} at {sigma:g}, the heavy top in index 3 a factor {float(top['gain']):.0f} at "
         f"{float(top['measured']):.2f}, in the default formulation nothing"
-    ) in prose("README.md")
+    ) in prose("settings.md")
     assert float(default["gain"]) < 1.05
 
 
-def test_readmes_example_helps():
+def test_example_of_sigma_helps():
     """σ = 1.7 on the rotor, as the sentence under the example says; 1.6 on the heavy top does so in index 3 alone."""
     rotor, top = Fmu.of_model("HighSpeedRotor"), Fmu.of_model("HeavyTop")
 
@@ -99,7 +98,7 @@ def test_readmes_example_helps():
         ]
         return np.linalg.norm(runs[1] - runs[0], axis=1).max()
 
-    (claimed,) = re.findall(r"σ = 1\.7 makes the rotor's error (\d+) times smaller", prose("README.md"))
+    (claimed,) = re.findall(r"σ = 1\.7 makes the rotor's error (\d+) times smaller", prose("settings.md"))
     args = (rotor, 0.2, "rightSupport.position")
     assert largest(*args) / largest(*args, sigma=1.7) == pytest.approx(int(claimed), abs=0.5)
     args = (top, 1.0, "top.position")
@@ -292,12 +291,12 @@ def test_sigma_and_bending():
     assert f"modal coordinates and angular velocities by {100 * max(changes):.1f} % or less" in prose("flexible.md")
 
 
-def test_speed_of_index3_in_readme():
+def test_speed_of_index3_in_settings():
     """About half on the slider-crank, in a table that `make bench` writes."""
     with (ROOT / "docs" / "speed" / "steps.csv").open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["mechanism"], row["code"]) == ("SliderCrank", "FMU")]
     ns = {row["what"]: float(row["ns_per_step"]) for row in rows}
-    assert "`index3` costs about half on the slider-crank" in prose("README.md")
+    assert "`index3` costs about half on the slider-crank" in prose("settings.md")
     assert 0.4 < ns["index3"] / ns["stabilizedIndex2"] < 0.6
 
 
@@ -306,22 +305,22 @@ def test_disk_space_of_the_setup():
     venv = ROOT / ".venv"
     if not (venv / ".setup").exists():
         pytest.skip("no private environment")
-    if any(venv.rglob("pinocchio/__init__.py")):
-        pytest.skip("`make bench` has added its packages")
-    (claimed,) = re.findall(r"([\d.]+) GB in `\.venv`", prose("README.md"))
+    if any(any(venv.rglob(f"{name}/__init__.py")) for name in ("pinocchio", "zensical")):
+        pytest.skip("`make bench` or `make docs` has added its packages")
+    (claimed,) = re.findall(r"([\d.]+) GB in `\.venv`", prose("start.md"))
     used = sum(path.lstat().st_blocks for path in venv.rglob("*") if not path.is_dir()) * 512
     assert used / 1e9 == pytest.approx(float(claimed), abs=0.15)
 
 
 @pytest.mark.parametrize("model", ["HeavyTop", "HighSpeedRotor", "SliderCrank", "FlexiblePendulum", "SpinUpBeam"])
-def test_default_step_in_readme(fmu, model):
-    (row,) = markdown_rows("README.md", f"`{model}` |")
+def test_default_step_in_start(fmu, model):
+    (row,) = markdown_rows("start.md", f"`{model}` |")
     assert float(row[-1].split()[0]) == float(fmu(model).variables["integrator.stepSize"].start)
 
 
-def test_default_settings_in_readme(fmu):
-    for name, cell, *_ in markdown_rows("README.md", "`integrator."):
+def test_default_settings(fmu):
+    for name, cell, *_ in markdown_rows("settings.md", "`integrator."):
         variable = fmu("HeavyTop").variables[name.strip("`")]
         items = {i.value: i.name for i in variable.declaredType.items} if variable.type == "Enumeration" else {}
-        if cell != "see above":
+        if cell != "by mechanism":
             assert cell.strip("`") == items.get(variable.start, f"{float(variable.start):g}" if not items else ""), name

@@ -245,8 +245,8 @@ def test_the_example_for_gemseo_runs_and_sets_the_fixed_parameter(fmu, tmp_path)
 
 
 def test_the_example_for_omsimulator_names_what_exists(fmu):
-    code = snippet("README.md", "OMSimulator")
-    compile(code, "README.md", "exec")
+    code = snippet("docs/start.md", "OMSimulator")
+    compile(code, "docs/start.md", "exec")
     (name,) = re.findall(r'CRef\("default", "crank", "([^"]+)"\)', code)
     assert fmu("SliderCrank").variables[name].causality == "input"
     if find_spec("OMSimulator"):

@@ -105,6 +105,28 @@ def view(
     write(document, images, lambda what: err.print(f"view: {what}"))
 
 
+@app.command(epilog="Example: python -m research gallery SliderCrank RobotArm")
+def gallery(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which; without names: all.")] = None,
+    document: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")] = Path("docs/gallery.md"),
+    images: Annotated[Path, typer.Option(metavar="FOLDER", help="Gets the pictures.")] = Path("docs/images"),
+) -> None:
+    """Take moving pictures of all mechanisms in headless Chromium, and write their page; minutes."""
+    from research.gallery import TAKES, write
+
+    if wrong := [name for name in names or () if name not in TAKES]:
+        raise SigmafmuError(f"no such mechanism: {wrong[0]}; there are {', '.join(TAKES)}")
+    write(document, images, names or (), lambda what: err.print(f"gallery: {what}"))
+
+
+@app.command(epilog="Example: python -m research newcomer")
+def newcomer() -> None:
+    """Clone, set up, build, and show a mechanism in headless Chromium, all timed; minutes."""
+    from research.newcomer import table
+
+    typer.echo(table())
+
+
 @app.command(epilog="Example: python -m research linear")
 def linear() -> None:
     """Compare linear models with differences of what the FMUs do."""
