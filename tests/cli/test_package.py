@@ -13,7 +13,7 @@ PACKAGE, RESEARCH = (Path(module.__file__).parent for module in (sigmafmu, resea
 COMMANDS = [
     *("list", "path", "info", "run", "demo", "sigma", "linearize", "trim", "campbell", "realtime", "view"),
     *("init", "check", "build"),
-    *("loop", "ssp", "convert", "couple", "sampling", "modes", "compat"),
+    *("loop", "ssp", "convert", "couple", "sampling", "modes", "compat", "sweep"),
 ]
 
 

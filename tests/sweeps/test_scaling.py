@@ -2,7 +2,7 @@
 
 import pytest
 
-from research.sweeps.scaling import CHUNKS_EACH, SPREAD, efficiency
+from research.sweep_costs.scaling import CHUNKS_EACH, SPREAD, efficiency
 
 
 def test_one_worker_waits_for_each_chunk():

@@ -156,7 +156,7 @@ def sweeps(
     ),
 ) -> None:
     """Measure sweeps beside FMPy, through a kill, and simulate many workers; minutes."""
-    from research.sweeps.page import write
+    from research.sweep_costs.page import write
 
     write(page, runs, lambda what: err.print(f"sweeps: {what}"))
     out.print(f"wrote {page}", soft_wrap=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from research.sweeps import HIGH, LOW, MODEL, OUTPUTS, PEAK, SEED, SETTINGS, STEP_SIZE, STOP_TIME, Use, used_by
+from research.sweep_costs import HIGH, LOW, MODEL, OUTPUTS, PEAK, SEED, SETTINGS, STEP_SIZE, STOP_TIME, Use, used_by
 from sigmafmu.sweeps.study import read
 
 LOOK = 0.25  # s

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from research.bench import machine
-from research.sweeps import OUTPUT_SCALARS, SHORT, STEP_SIZE, STOP_TIME
-from research.sweeps.compare import Measured, compare
-from research.sweeps.endurance import CHUNK, Endurance, Stretch, endure, plain
-from research.sweeps.scaling import WORKERS, efficiency, overhead
+from research.sweep_costs import OUTPUT_SCALARS, SHORT, STEP_SIZE, STOP_TIME
+from research.sweep_costs.compare import Measured, compare
+from research.sweep_costs.endurance import CHUNK, Endurance, Stretch, endure, plain
+from research.sweep_costs.scaling import WORKERS, efficiency, overhead
 from sigmafmu import SigmafmuError
 from sigmafmu.markdown import markdown_table
 

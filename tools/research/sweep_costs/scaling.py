@@ -8,8 +8,8 @@ import numpy as np
 import psutil
 
 import sigmafmu
-from research.sweeps import MODEL, OUTPUTS, STEP_SIZE, STOP_TIME, used_by
-from research.sweeps.endurance import CHUNK
+from research.sweep_costs import MODEL, OUTPUTS, STEP_SIZE, STOP_TIME, used_by
+from research.sweep_costs.endurance import CHUNK
 from sigmafmu.sweeps.cluster import connected
 
 WORKERS = (1, 2, 10, 100, 1000)

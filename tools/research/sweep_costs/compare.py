@@ -18,7 +18,7 @@ from dask import bag
 from fmpy.fmi2 import FMU2Slave
 
 import sigmafmu
-from research.sweeps import (
+from research.sweep_costs import (
     HIGH,
     LOW,
     MODEL,
