@@ -18,8 +18,8 @@ class Tendon final : public Force {
  public:
   struct Term {
     JointCoordinate coordinate;
-    int index;  // of the coordinates of all joints
-    double coefficient;
+    int index = 0;  // of the coordinates of all joints
+    double coefficient = 0;
   };
   // Frames 2 i and 2 i + 1 are those of term i.
   Tendon(std::vector<Term> terms, int index) : terms_(std::move(terms)), index_(index) {}
