@@ -44,7 +44,7 @@ build: $(BUILT) ## build the FMUs into build/release/fmus and install the Python
 
 $(SETUP): LOG := build/setup.log
 $(SETUP): pyproject.toml tools/requirements.py
-	@echo "setup: private environment $(VENV) (packages from PyPI, 1.2 GB)"
+	@echo "setup: private environment $(VENV) (packages from PyPI, 1.4 GB)"
 	@mkdir -p build
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) install -q --upgrade pip
