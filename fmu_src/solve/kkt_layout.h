@@ -1,5 +1,5 @@
-// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible bodies, then
-// multipliers of constraints.
+// Nodes of a KKT matrix for the block solver: the bodies' frames, the modes of flexible bodies, then lambda
+// of each constraint and, in the stabilized form, mu.
 #pragma once
 
 #include <array>
