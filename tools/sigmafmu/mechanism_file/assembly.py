@@ -1,12 +1,13 @@
 """The start of a mechanism: coordinates and rates that the file gives hold, all else gives way to the joints."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.structures import Record
@@ -50,22 +51,22 @@ class Wanted:
         return abs(gap) > ROUNDING * (1 + abs(self.value))
 
 
-def assemble(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, tuple[Move, ...]]:
+def assemble(content: Json, resources: Path, joints: Mapping[str, Record]) -> tuple[Json, tuple[Move, ...]]:
     """The definition at a start with the coordinates and rates of the file, and what had to move for it.
 
-    `mechanism` is that of the definition, and holds these values afterwards. Raises ValueError or RuntimeError with the
-    core's sentence, which names the joints that cannot close.
+    The modal data are in the folder `resources`. Raises ValueError with the core's sentence for a definition that is
+    wrong, or that names the joints that cannot close.
     """
-    q, v = _core.assemble(mechanism.multibody)
+    found = native.start(json.dumps(content), resources)
     wanted = list(_wanted(joints))
-    reached = _core.System(mechanism.multibody).coordinates(q, v) if wanted else ()
     before = content
-    if any(w.missed_by(reached[w.is_rate][w.index]) for w in wanted):
-        for w in wanted:
-            mechanism.set(w.parameter, w.value)
-        q, v = _core.assemble(mechanism.multibody)
-        content = _at(content, q, v)
-    return _with_turns(content, wanted, joints), tuple(move for move in _moves(before, q, v) if move.is_any)
+    if any(w.missed_by((found["rates"] if w.is_rate else found["coordinates"])[w.index]) for w in wanted):
+        found = native.start(json.dumps(content), resources, {w.parameter: w.value for w in wanted})
+        content = _at(content, np.array(found["q"]), np.array(found["v"]))
+    result = _with_turns(content, wanted, joints)
+    if result is not before:
+        native.start(json.dumps(result), resources)  # checks it
+    return result, tuple(move for move in _moves(before, np.array(found["q"]), np.array(found["v"])) if move.is_any)
 
 
 def _wanted(joints: Mapping[str, Record]) -> Iterator[Wanted]:

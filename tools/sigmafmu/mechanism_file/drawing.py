@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from sigmafmu import SigmafmuError, _core
+from sigmafmu import SigmafmuError, native
 from sigmafmu.mechanism_file.load import MechanismFile, folder_of
 
 
@@ -12,7 +12,7 @@ def draw(file: MechanismFile, path: Path) -> None:
     from sigmafmu.contents.draw import draw_figure  # Matplotlib takes a second to load
 
     with folder_of(file.resources) as folder:
-        picture = draw_figure(json.loads(_core.to_json(file.mechanism)), folder)
+        picture = draw_figure(json.loads(native.describe(file.text, folder)["mechanism"]), folder)
     try:
         picture.save(path)
     except OSError as error:

@@ -7,12 +7,12 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sigmafmu import _core
 from sigmafmu.mechanism_file import tree
 from sigmafmu.mechanism_file.assembly import Move, assemble
 from sigmafmu.mechanism_file.checks import check_mimics
@@ -34,9 +34,7 @@ class MechanismFile:
 
     path: Path
     definition: Json
-    """Normalised (definition.py): what `_core.from_json` reads and an FMU carries."""
-    mechanism: Any
-    """The same as `_core.Mechanism`, with the modal data of its files."""
+    """Normalised (definition.py): what an FMU carries."""
     resources: dict[str, Path]
     """Files that belong to it, by the names that the definition has for them."""
     shapes: dict[str, list[dict]]
@@ -47,6 +45,22 @@ class MechanismFile:
     """Joints that placed bodies, by the body."""
     moves: tuple[Move, ...]
     """What had to move so that the mechanism can start."""
+
+    @property
+    def text(self) -> str:
+        """The definition in JSON."""
+        return json.dumps(self.definition)
+
+    @cached_property
+    def mechanism(self) -> Any:
+        """The same as `_core.Mechanism`, with the modal data of its files; only where that is installed."""
+        from sigmafmu import _core
+
+        mechanism = _core.from_json(self.text)
+        with folder_of(self.resources) as folder:
+            _core.load_modal_files(mechanism, str(folder))
+        mechanism.validate()
+        return mechanism
 
 
 def load(path: Path | str) -> MechanismFile:
@@ -68,10 +82,9 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     placement = Placement(file["bodies"], file.get("joints", {}), nodes, file.get("motions", {}))
     content = definition(file, placement, {name: modes for name, (_, modes) in data.items()})
     try:
-        mechanism = mechanism_of(content, resources)
-        content, moves = assemble(content, mechanism, file.get("joints", {}))
-        mechanism = mechanism_of(content, resources)
-    except (ValueError, RuntimeError) as error:
+        with folder_of(resources) as folder:
+            content, moves = assemble(content, folder, file.get("joints", {}))
+    except ValueError as error:
         line, where = _place_of(str(error), file)
         problems.add(line, where, str(error).rstrip("."))
         raise MechanismFileError(path, problems.found) from error
@@ -79,23 +92,12 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     return MechanismFile(
         path,
         content,
-        mechanism,
         resources,
         {name: body["shapes"] for name, body in bodies if "shapes" in body},
         {name: placement[name].offset.tolist() for name, _ in bodies},
         {name: pose.placed_by for name, pose in placement.poses.items() if pose.placed_by},
         moves,
     )
-
-
-def mechanism_of(content: Json, resources: Mapping[str, Path]) -> Any:
-    """The `_core.Mechanism` of a definition, checked; raises ValueError or RuntimeError with the core's sentence."""
-    mechanism = _core.from_json(json.dumps(content))
-    if resources:
-        with folder_of(resources) as folder:
-            _core.load_modal_files(mechanism, str(folder))
-    mechanism.validate()
-    return mechanism
 
 
 @contextmanager
