@@ -14,11 +14,6 @@ using Json = nlohmann::json;
 
 Json numbers(const VectorXd& x) { return std::vector<double>(x.data(), x.data() + x.size()); }
 
-double mass(const RigidBodyDef& body) {
-  if (!body.modal) return body.mass;
-  return body.modal->mass_matrix.size() > 0 ? body.modal->mass_matrix.sum() : body.modal->masses.sum();
-}
-
 }  // namespace
 
 std::string start(Mechanism mechanism, const std::map<std::string, double>& values) {

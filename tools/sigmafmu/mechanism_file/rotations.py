@@ -71,4 +71,4 @@ def axes_with_z(z: np.ndarray) -> np.ndarray:
 
 
 def _unit(x: np.ndarray) -> np.ndarray:
-    return x / np.sqrt(x[0] * x[0] + (x[1] * x[1] + x[2] * x[2]))  # Eigen's order
+    return x / np.sqrt((x[0] * x[0] + x[1] * x[1]) + x[2] * x[2])  # Eigen's order
