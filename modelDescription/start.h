@@ -9,8 +9,8 @@
 namespace sigmafmu {
 
 // Positions q and velocities v of the initial values, moved onto the joints' equations, and the joints' coordinates and
-// rates there. `values` are parameters to set before, by their names in the FMU. The mechanism has its modal data. Throws
-// std::exception with one sentence for one that is wrong or cannot be assembled.
+// rates there. `values` are parameters to set before, by their names in the FMU. The mechanism has its modal data.
+// Throws std::exception with one sentence for one that is wrong or cannot be assembled.
 std::string start(Mechanism mechanism, const std::map<std::string, double>& values);
 
 // Degrees of freedom as a sentence, groups of joints whose equations depend on each other, and the bodies' masses.

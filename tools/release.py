@@ -20,6 +20,7 @@ from io import BytesIO
 from pathlib import Path
 
 import ziglang
+
 from universal_binary import universal_binary
 
 ROOT = Path(__file__).parents[1]

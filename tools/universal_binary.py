@@ -20,7 +20,9 @@ def universal_binary(libraries: Sequence[bytes]) -> bytes:
     for library in libraries:
         magic, cpu, subtype = struct.unpack_from("<3I", library)
         if magic != MACH_O_64:
-            raise ValueError(f"a library begins with {magic:#x}; it must be Mach-O of 64 bits, which begins with {MACH_O_64:#x}")
+            raise ValueError(
+                f"a library begins with {magic:#x}; it must be Mach-O of 64 bits, which begins with {MACH_O_64:#x}"
+            )
         table += struct.pack(">5I", cpu, subtype, place, len(library), ALIGNMENT)
         padded = library.ljust(-(-len(library) // page) * page, b"\0")
         content, place = content + padded, place + len(padded)

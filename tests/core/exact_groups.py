@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import mpmath as mp
 import numpy as np
+
 from sigmafmu._core import lie
 
 from .helpers import exact_exp, exact_hat, exact_tangent

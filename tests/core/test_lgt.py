@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+
 from sigmafmu._core import lie
 
 from . import exact_groups

@@ -6,9 +6,9 @@ Equation numbers are those of Holzinger, Arnold, Gerstmayr (2025).
 import numpy as np
 import pytest
 from hypothesis import strategies as st
-from sigmafmu._core import lie
 
 from sigmafmu import _core
+from sigmafmu._core import lie
 
 from .helpers import (
     EPS,

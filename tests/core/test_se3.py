@@ -6,6 +6,7 @@ What SE(3) shares with R³×SO(3) is in test_lgt.py.
 import mpmath as mp
 import numpy as np
 import pytest
+
 from sigmafmu._core import lie
 
 from . import exact_groups

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+
 from sigmafmu._core import lie
 
 from .helpers import (

@@ -12,7 +12,15 @@ import pytest
 from .running import run
 
 ZIG_CACHE = Path(__file__).parents[2] / "build" / "cross" / "zig-cache"  # of tools/release.py: has the C library by now
-ZIG = [sys.executable, "-m", "ziglang", "cc", "-O3", "-s", "-target"]  # the FMUs' flags: Zig compiles its libraries for each
+ZIG = [
+    sys.executable,
+    "-m",
+    "ziglang",
+    "cc",
+    "-O3",
+    "-s",
+    "-target",
+]  # the FMUs' flags: Zig compiles its libraries for each
 COMPILERS = {
     "linux64": [os.environ.get("CXX", "g++"), "-x", "c"],
     "aarch64-linux": [*ZIG, "aarch64-linux-gnu.2.17"],

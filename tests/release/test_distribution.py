@@ -1,7 +1,7 @@
 """The wheel for all platforms and the source distribution, which `make release-check` puts into `dist`.
 
-Binaries of Linux run, those of ARM Linux under qemu-user, of Windows under wine; those of macOS are built and looked at,
-and have not been run here.
+Binaries of Linux run, those of ARM Linux under qemu-user, of Windows under wine; those of macOS are looked at, and have
+not been run here.
 """
 
 import re
@@ -116,7 +116,7 @@ def test_linux_binaries_need_an_old_c_library_alone(fmus, platform, loader):
 
 
 def test_macos_binaries_are_complete(fmus):
-    """Built, not run here: processors, oldest system, libraries, symbols and the signature that Apple's processors want.
+    """Not run here: processors, oldest system, libraries, symbols and the signature that Apple's processors want.
 
     C++'s allocation functions are seen too: Zig's linker hides no weak symbols. All of them call malloc and free.
     """

@@ -1,4 +1,4 @@
-"""The library `describe`, which answers questions about mechanisms in JSON: it is there on every platform, without `_core`.
+"""The library `describe`, which answers questions about mechanisms in JSON on every platform, without `_core`.
 
 modelDescription/describe_library.cpp has its functions.
 """
@@ -20,12 +20,12 @@ PARTS = Path(__file__).parent / "slave"
 
 
 def describe(mechanism: str, resources: Path | str) -> dict[str, Any]:
-    """All that an FMU's description tells of a mechanism in JSON whose modal data are in a folder; raises ValueError."""
+    """All that an FMU tells of a mechanism in JSON whose modal data are in a folder; raises ValueError."""
     return _ask("sigmafmu_describe", mechanism, resources)
 
 
 def start(mechanism: str, resources: Path | str, values: dict[str, float] | None = None) -> dict[str, Any]:
-    """`q`, `v`, `coordinates` and `rates` with which it starts, once parameters have these values; raises ValueError."""
+    """`q`, `v`, `coordinates` and `rates` of its start with these parameters (SI); raises ValueError."""
     return _ask("sigmafmu_start", mechanism, resources, json.dumps(values or {}))
 
 

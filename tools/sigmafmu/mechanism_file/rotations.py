@@ -61,7 +61,7 @@ def of_orientation(orientation: Mapping | None) -> np.ndarray:
 
 
 def axes_with_z(z: np.ndarray) -> np.ndarray:
-    """A frame whose third axis is along z, as a matrix: the first is perpendicular to the axis of W that z is least along.
+    """Frame with its third axis along z, as a matrix; the first is perpendicular to the axis of W that z is least along.
 
     The same bits as the core's.
     """
