@@ -112,12 +112,13 @@ def main() -> None:
     parser.add_argument("build", type=Path, help="folder in which `make build` has built")
     parser.add_argument("output", type=Path)
     parser.add_argument("--wheel", action="store_true", help="every platform, and libraries for FMUs of files")
+    parser.add_argument("--platform", choices=PLATFORMS, action="append", help="this one alone; more than once: these")
     options = parser.parse_args()
     fmus = sorted((options.build / "fmus").glob("*.fmu"))
     if not fmus:
         sys.exit(f"release: no FMU in {options.build / 'fmus'}; `make build` makes them.")
 
-    platforms = list(PLATFORMS if options.wheel else RELEASED)
+    platforms = options.platform or list(PLATFORMS if options.wheel else RELEASED)
     targets = ["fmus", "slave", "describe"] if options.wheel else ["fmus"]
     toolchains = [toolchain for platform in platforms for toolchain in PLATFORMS[platform]]
     with ThreadPoolExecutor(max_workers=2) as pool:

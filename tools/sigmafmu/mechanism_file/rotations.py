@@ -61,7 +61,7 @@ def of_orientation(orientation: Mapping | None) -> np.ndarray:
 
 
 def axes_with_z(z: np.ndarray) -> np.ndarray:
-    """Frame with its third axis along z, as a matrix; the first is perpendicular to the axis of W that z is least along.
+    """Axes of a frame, the third along z, as columns; the first is perpendicular to the axis of W least along z.
 
     The same bits as the core's.
     """
