@@ -88,12 +88,14 @@ wheel: build ## make the wheel for all platforms -> dist; half an hour on one co
 	@echo "wheel: linux64, aarch64-linux, win64 and darwin64 -> dist"
 	@$(PIP) install -q --group release
 	@$(IN_VENV) $(BIN)/python tools/release.py $(BUILD) build/universal --wheel
+	@rm -f dist/*.whl
 	@SIGMAFMU_ALL_PLATFORMS=1 $(IN_VENV) $(BIN)/python -m build --wheel --no-isolation --outdir dist . > build/wheel.log \
 	  || { tail -n 40 build/wheel.log; exit 1; }
 	@ls -sh dist/*-py3-none-any.whl
 
 release-check: wheel ## everything for a release but the upload: wheel, source distribution, metadata, tests of both
 	@echo "release-check: source distribution, metadata, tests of the wheel"
+	@rm -f dist/*.tar.gz
 	@$(IN_VENV) $(BIN)/python -m build --sdist --no-isolation --outdir dist . > build/sdist.log \
 	  || { tail -n 40 build/sdist.log; exit 1; }
 	@$(BIN)/python -m twine check --strict dist/*.whl dist/*.tar.gz

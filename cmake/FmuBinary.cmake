@@ -86,7 +86,7 @@ set(SIGMAFMU_SYMBOLS ${CMAKE_CURRENT_LIST_DIR}/fmi2.map)
 # A library without a prefix that shows nothing but the symbols of a map: no clash with others in the process.
 function(sigmafmu_add_library name symbols)
   if(APPLE)
-    add_library(${name} SHARED ${ARGN})  # a bundle cannot be linked to, and Zig makes none
+    add_library(${name} SHARED ${ARGN})  # Zig makes no bundles, and masters load either
   else()
     add_library(${name} MODULE ${ARGN})
   endif()

@@ -81,6 +81,14 @@ def test_the_wheel_is_for_every_python_and_platform(wheel):
         assert {f"sigmafmu/slave/{platform}/{library}{suffix}" for library in ("slave", "describe")} <= set(names)
 
 
+def test_all_files_tell_the_same_version(wheel):
+    version = wheel.name.split("-")[1]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.search(
+        rf"^## \[?{re.escape(version)}\b", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+
+
 def test_the_demonstration_runs(call):
     assert "HeavyTop" in call("demo", "--output", "demo")
     assert (call.folder / "demo" / "SliderCrank.png").stat().st_size > 10_000
