@@ -63,7 +63,7 @@ def fmus(call, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("fmus")
     call("init", "Pendulum")
     call("build", "Pendulum.yaml")
-    paths = [Path(call("path", name).strip()) for name in call("list").split()]
+    paths = [Path(call("path", name).strip()) for name in (line.split()[0] for line in call("list").splitlines())]
     for path in [*paths, call.folder / "Pendulum.fmu"]:
         with zipfile.ZipFile(path) as archive:
             archive.extractall(folder / path.stem)

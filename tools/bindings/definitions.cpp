@@ -16,17 +16,12 @@
 #include "model/mechanism.h"
 #include "model/mechanisms.h"
 #include "model/modal_file.h"
-#include "model/validation.h"
 #include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 using namespace sigmafmu;
-
-namespace {
-
-}  // namespace
 
 void bind_definitions(nb::module_& m) {
   m.attr("GROUND") = kGround;
