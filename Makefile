@@ -34,7 +34,7 @@ ASAN     = $(shell $(CXX) -print-file-name=libasan.so) $(shell $(CXX) -print-fil
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help setup build demo test test-masters release test-release test-asan test-tsan lint tidy format clean
-.PHONY: bench docs measure study references
+.PHONY: bench docs measure study references wheel release-check
 
 help: ## print the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -77,12 +77,29 @@ test-masters: build ## run the FMUs in the tools that need Java (skipped where i
 release: build ## compile the FMUs' sources for old Linux distributions and for Windows -> dist
 	@echo "release: FMUs with binaries for linux64 (glibc 2.17) and win64 -> dist"
 	@$(PIP) install -q --group release
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/release.py $(BUILD)/fmus dist
+	@$(IN_VENV) $(BIN)/python tools/release.py $(BUILD) dist
 
 test-release: release ## run the tests of the released FMUs
 	@echo "test-release: pytest on the FMUs in dist"
 	@$(BIN)/python -m pytest -n auto -m release $(PYTEST_ARGS)
 	@SIGMAFMU_FMUS="$(CURDIR)/dist" $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
+
+wheel: build ## make the wheel for all platforms -> dist; half an hour on one core the first time
+	@echo "wheel: linux64, aarch64-linux, win64 and darwin64 -> dist"
+	@$(PIP) install -q --group release
+	@$(IN_VENV) $(BIN)/python tools/release.py $(BUILD) build/universal --wheel
+	@rm -f dist/*.whl
+	@SIGMAFMU_ALL_PLATFORMS=1 $(IN_VENV) $(BIN)/python -m build --wheel --no-isolation --outdir dist . > build/wheel.log \
+	  || { tail -n 40 build/wheel.log; exit 1; }
+	@ls -sh dist/*-py3-none-any.whl
+
+release-check: wheel ## everything for a release but the upload: wheel, source distribution, metadata, tests of both
+	@echo "release-check: source distribution, metadata, tests of the wheel"
+	@rm -f dist/*.tar.gz
+	@$(IN_VENV) $(BIN)/python -m build --sdist --no-isolation --outdir dist . > build/sdist.log \
+	  || { tail -n 40 build/sdist.log; exit 1; }
+	@$(BIN)/python -m twine check --strict dist/*.whl dist/*.tar.gz
+	@$(BIN)/python -m pytest -m distribution tests/release $(PYTEST_ARGS)
 
 test-tsan: build ## run FMU instances in threads under the thread sanitizer
 	@echo "test-tsan: FMUs with the thread sanitizer -> build/tsan/fmus"

@@ -1,29 +1,6 @@
 # Builds <build>/fmus/<Model>.fmu for every file of models/:
 #   describe_model -> description.json -> modelDescription.xml, GUID = hash of it -> binary that knows it -> zip.
-# And what makes FMUs of files without a compiler: the slave that reads its mechanism, the library that describes it.
-
-add_library(sigmafmu_slave STATIC
-  fmu_src/fmi/instance.cpp
-  fmu_src/fmi/remarks.cpp
-  fmu_src/fmi/resources.cpp
-  fmu_src/fmi/slave.cpp
-  fmu_src/fmi/slave_derivatives.cpp
-  fmu_src/fmi/slave_step.cpp
-  fmu_src/fmi/snapshot.cpp
-  fmu_src/fmi/variables.cpp)
-target_link_libraries(sigmafmu_slave PUBLIC sigmafmu_core)
-
-add_library(sigmafmu_fmi2 OBJECT fmu_src/fmi/fmi2_functions.cpp fmu_src/fmi/unload.cpp)
-target_link_libraries(sigmafmu_fmi2 PUBLIC sigmafmu_slave)
-target_include_directories(sigmafmu_fmi2 SYSTEM PUBLIC ${FMI2_INCLUDE_DIR})
-
-add_library(sigmafmu_file_model STATIC fmu_src/fmi/definition_checksum.cpp)
-target_link_libraries(sigmafmu_file_model PUBLIC sigmafmu_slave sigmafmu_json)
-
-add_library(sigmafmu_describe STATIC modelDescription/describe.cpp modelDescription/dependencies.cpp)
-target_link_libraries(sigmafmu_describe PUBLIC sigmafmu_file_model)
-target_include_directories(sigmafmu_describe SYSTEM PUBLIC ${NLOHMANN_JSON_INCLUDE_DIR})
-target_compile_definitions(sigmafmu_describe PRIVATE SIGMAFMU_VERSION="${PROJECT_VERSION}")
+# And the sources of FMUs of files.
 
 add_executable(describe_model modelDescription/describe_model.cpp)
 target_link_libraries(describe_model PRIVATE sigmafmu_describe sigmafmu_mechanisms)
@@ -121,13 +98,6 @@ add_custom_target(fmus ALL DEPENDS ${SIGMAFMU_FMUS})
 install(FILES ${SIGMAFMU_FMUS} DESTINATION sigmafmu/fmus)
 
 # --- FMUs of files ---------------------------------------------------------------------------------------------------
-
-set(SIGMAFMU_SLAVE_DIR ${CMAKE_CURRENT_BINARY_DIR}/slave)
-sigmafmu_add_binary(slave fmu_src/fmi/model_of_file.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
-target_link_libraries(slave PRIVATE sigmafmu_file_model)
-sigmafmu_add_library(describe ${CMAKE_CURRENT_SOURCE_DIR}/cmake/describe.map modelDescription/describe_library.cpp)
-target_link_libraries(describe PRIVATE sigmafmu_describe)
-set_target_properties(slave describe PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${SIGMAFMU_SLAVE_DIR}/${FMI2_PLATFORM})
 
 set(own fmi/model_of_file.cpp fmi/definition_checksum.cpp model/json.cpp)
 list(TRANSFORM own PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/fmu_src/ OUTPUT_VARIABLE sources)

@@ -39,6 +39,6 @@ app({command.split()!r})
     result = subprocess.run([sys.executable, "-c", blocker], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert result.returncode == 1, result.stderr
     assert result.stderr.splitlines()[-1] == (
-        f"Error: {package} is not installed; in the folder of sigmafmu's sources, pip install '.[{extra}]' brings it"
+        f"Error: {package} is not installed; pip install 'sigmafmu[{extra}]' brings it"
     )
     assert "Traceback" not in result.stderr

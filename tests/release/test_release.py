@@ -3,26 +3,19 @@
 They are those of the folder `dist`, which `make release` fills.
 """
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
-import fmpy
-import numpy as np
 import pytest
 
 import sigmafmu
 
-ROOT = Path(__file__).parents[2]
-DIST = ROOT / "dist"
-ZIG_CACHE = ROOT / "build" / "cross" / "zig-cache"  # of tools/release.py: has the C library by now
+from .running import assert_same_motion, binary, poses, run
+
+DIST = Path(__file__).parents[2] / "dist"
 OLDEST_GLIBC = (2, 17)
-STEPS = 50
-POSE = 7  # position and quaternion of the first body have the value references 0 to 6
 
 pytestmark = pytest.mark.release
 
@@ -38,17 +31,6 @@ def unpacked(tmp_path_factory):
         return folder / model
 
     return unpack
-
-
-def binary(tree: Path, platform: str) -> Path:
-    (file,) = (tree / "binaries" / platform).iterdir()
-    return file
-
-
-def run(*command: str | Path, **environment: str) -> str:
-    done = subprocess.run(list(map(str, command)), text=True, capture_output=True, env=os.environ | environment)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def test_every_model_is_released_for_every_platform(models):
@@ -87,57 +69,15 @@ def test_windows_binary_needs_windows_alone(unpacked, model):
     assert all(name.startswith("fmi2") for name in exported)
 
 
-def poses(program: list[str | Path], library: str | Path, model: str) -> np.ndarray:
-    """Pose of the first body after each of some default communication steps, as the program run_fmu prints it.
-
-    A torque about its z axis acts on the body: not every mechanism moves by itself.
-    """
-    description = fmpy.read_model_description(DIST / f"{model}.fmu")
-    H = description.defaultExperiment.stepSize
-    torque = next(v.valueReference for v in description.modelVariables if v.name.endswith(".torque[3]"))
-    resources = (Path(library).parents[2] / "resources").as_uri()
-    if "win" in Path(library).parent.name:
-        resources = resources.replace("file:///", "file:///Z:/")  # wine's drive for /
-    arguments = map(str, [description.guid, resources, STEPS, H, POSE, torque])
-    text = run(*program, library, *arguments, WINEDEBUG="-all")
-    return np.array([line.split() for line in text.splitlines()], dtype=float)
-
-
-@pytest.fixture(scope="module")
-def runner(tmp_path_factory):
-    """Function that compiles run_fmu.c."""
-    folder = tmp_path_factory.mktemp("runner")
-    source = Path(__file__).with_name("run_fmu.c")
-    headers = Path(fmpy.__file__).parent / "c-code"
-
-    def compile_for(name: str, compiler: list[str], *libraries: str) -> Path:
-        program = folder / name
-        command = [*compiler, "-std=c11", "-I", headers, source, *libraries, "-o", program]
-        run(*command, ZIG_GLOBAL_CACHE_DIR=str(ZIG_CACHE))
-        return program
-
-    return compile_for
-
-
-def assert_same_motion(a: np.ndarray, b: np.ndarray) -> None:
-    """Compilers order sums differently: roundings of 1e-16 that grow over the steps, far below the scheme's error."""
-    assert a.shape == b.shape == (STEPS, POSE)
-    assert np.ptp(a, axis=0).max() > 1e-6, "the body must move"
-    np.testing.assert_allclose(a, b, rtol=0, atol=1e-10)
-
-
 def test_old_linux_binary_computes_what_the_new_one_does(unpacked, runner, fmu, model):
-    program = runner("run_fmu", [os.environ.get("CXX", "g++"), "-x", "c"], "-ldl")
-    released = poses([program], binary(unpacked(model), "linux64"), model)
-    assert_same_motion(released, poses([program], binary(fmu(model).directory, "linux64"), model))
+    program = runner("linux64")
+    released = poses([program], binary(unpacked(model), "linux64"))
+    assert_same_motion(released, poses([program], binary(fmu(model).directory, "linux64")))
 
 
 def test_windows_binary_computes_what_the_one_of_linux_does(unpacked, runner, fmu, model):
     wine = shutil.which("wine") or shutil.which("wine64")
     if not wine:
         pytest.skip("wine is not installed")
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu"]
-    windows = runner("run_fmu.exe", [*zig, "-O3", "-s"])  # the flags of the FMUs: Zig compiles its libraries for each
-    linux = runner("run_fmu", [os.environ.get("CXX", "g++"), "-x", "c"], "-ldl")
-    released = poses([wine, windows], binary(unpacked(model), "win64"), model)
-    assert_same_motion(released, poses([linux], binary(fmu(model).directory, "linux64"), model))
+    released = poses([wine, runner("win64")], binary(unpacked(model), "win64"))
+    assert_same_motion(released, poses([runner("linux64")], binary(fmu(model).directory, "linux64")))

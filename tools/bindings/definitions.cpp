@@ -11,36 +11,17 @@
 #include <string>
 
 #include "elements.h"
-#include "fmi/variables.h"
+#include "fmi/set_parameter.h"
 #include "model/json.h"
 #include "model/mechanism.h"
 #include "model/mechanisms.h"
 #include "model/modal_file.h"
-#include "model/validation.h"
 #include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 using namespace sigmafmu;
-
-namespace {
-
-// Sets a parameter by its FMU name, with the FMU's checks.
-void set_parameter(Mechanism& mechanism, const std::string& name, double value) {
-  validation::validate_structure(mechanism.multibody);
-  for (const Port& v : make_all_variables(mechanism, System(mechanism.multibody)).list) {
-    if (v.name != name) continue;
-    if (v.causality != Causality::parameter) throw std::invalid_argument(name + " is no parameter");
-    const std::string complaint = v.complaint(value);
-    if (!complaint.empty()) throw std::invalid_argument(complaint);
-    v.set_value(mechanism, value);
-    return;
-  }
-  throw std::invalid_argument(mechanism.name + " has no variable " + name);
-}
-
-}  // namespace
 
 void bind_definitions(nb::module_& m) {
   m.attr("GROUND") = kGround;

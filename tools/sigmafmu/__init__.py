@@ -70,8 +70,16 @@ class SigmafmuError(Exception):
 
 
 def fmus_dir() -> Path:
-    """Directory that holds the FMUs: $SIGMAFMU_FMUS, else the one inside the installed package."""
-    return Path(os.environ.get(FMUS_VARIABLE) or Path(__file__).parent / "fmus").resolve()
+    """Directory that holds the FMUs: $SIGMAFMU_FMUS, else that of the installed package.
+
+    The wheel for all platforms has them in an archive, which is unpacked into the user's cache the first time.
+    """
+    package = Path(__file__).parent
+    if not os.environ.get(FMUS_VARIABLE) and (package / "fmus.tar.xz").is_file():
+        from sigmafmu.packed_fmus import unpacked_fmus
+
+        return unpacked_fmus()
+    return Path(os.environ.get(FMUS_VARIABLE) or package / "fmus").resolve()
 
 
 def models() -> list[str]:
@@ -90,9 +98,22 @@ def fmu_path(model: str) -> Path:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "_core":
+        return _compiled_module()
     if name not in _MODULES:
         raise AttributeError(f"module 'sigmafmu' has no attribute '{name}'")
     return getattr(importlib.import_module(_MODULES[name]), name)
+
+
+def _compiled_module() -> Any:
+    """`_core`, for `from sigmafmu import _core`: SigmafmuError with what to do where it is missing."""
+    try:
+        return importlib.import_module("sigmafmu._core")
+    except ModuleNotFoundError as error:
+        raise SigmafmuError(
+            "this needs sigmafmu's compiled module, which the wheel for all platforms has not; "
+            "`pip install --no-binary sigmafmu sigmafmu` compiles it and needs a C++ compiler"
+        ) from error
 
 
 def __dir__() -> list[str]:

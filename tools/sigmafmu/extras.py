@@ -41,4 +41,4 @@ def missing(package: str, command: str = "") -> str:
 
 def _sentence(package: str, extra: str) -> str:
     extra = extra or EXTRAS[package]
-    return f"{package} is not installed; in the folder of sigmafmu's sources, pip install '.[{extra}]' brings it"
+    return f"{package} is not installed; pip install 'sigmafmu[{extra}]' brings it"

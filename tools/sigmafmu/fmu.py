@@ -18,6 +18,7 @@ from fmpy.fmi2 import (
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from sigmafmu import SigmafmuError, fmu_path
+from sigmafmu.platform import PLATFORM
 
 STATUS_NAMES = ("info", "warning", "discard", "error", "fatal", "pending")
 
@@ -83,11 +84,13 @@ class Fmu:
         self, on_message: MessageHandler | None = None, *, instance_name: str | None = None, debug: bool = False
     ) -> FMU2Slave:
         """Make a slave in the state `instantiated`; the caller frees it with `freeInstance()`."""
+        model = self.description.coSimulation.modelIdentifier
         slave = FMU2Slave(
             guid=self.description.guid,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            modelIdentifier=model,
             unzipDirectory=str(self.directory),
             instanceName=instance_name,
+            libraryPath=str(self.directory / "binaries" / PLATFORM / f"{model}{fmpy.sharedLibraryExtension}"),
         )
         slave.instantiate(callbacks=_callbacks(on_message or (lambda _: None)), loggingOn=debug)
         return slave

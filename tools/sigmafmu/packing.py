@@ -4,30 +4,25 @@ The binary is the same for every mechanism: it reads `resources/mechanism.json` 
 of the package, with a C interface, tells what modelDescription.xml has to say (modelDescription/describe.h).
 """
 
-import ctypes
 import hashlib
 import json
-import os
 import shutil
 import tempfile
 import zipfile
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import fmpy
-
-from sigmafmu import SigmafmuError
+from sigmafmu import SigmafmuError, native
 from sigmafmu.contents.description import Description
 from sigmafmu.contents.layout import NO_SHAPES, Shapes
 from sigmafmu.contents.model_description import model_description
 from sigmafmu.contents.write import write
 from sigmafmu.mechanism_file import MECHANISM_FILES
+from sigmafmu.native import PARTS
+from sigmafmu.platform import PLATFORM
 
 PACKAGE = Path(__file__).parent
-PARTS = PACKAGE / "slave"
-"""A folder for each platform with its slave and describe libraries, and `sources`."""
 TEXTS = PACKAGE / "texts"
 PLACEHOLDER = "@MODEL@"
 """Stands for the model identifier in files of `sources`."""
@@ -77,37 +72,16 @@ def build_fmu(
 def fill_runnable(mechanism: dict[str, Any], resources: Path, tree: Path, shapes: Shapes = NO_SHAPES) -> None:
     """Write into the folder `tree` what a run on this machine needs of a mechanism's FMU; raises SigmafmuError."""
     description = describe(json.dumps(mechanism), resources)
-    _fill_binary(tree, description, fmpy.platform)
+    _fill_binary(tree, description, PLATFORM)
     _fill_resources(tree, description, resources, [], shapes)
 
 
 def describe(mechanism: str, resources: Path) -> Description:
     """The description of a mechanism in JSON whose modal data are in a folder; raises SigmafmuError."""
-    library = _library()
-    answer = library.sigmafmu_describe(mechanism.encode(errors="surrogatepass"), os.fsencode(resources))
-    if not answer:
-        raise MemoryError
     try:
-        told = json.loads(ctypes.string_at(answer))
-    finally:
-        library.sigmafmu_free(answer)
-    if "error" in told:
-        raise SigmafmuError(told["error"])
-    return Description(told)
-
-
-@cache
-def _library() -> ctypes.CDLL:
-    path = PARTS / fmpy.platform / f"describe{fmpy.sharedLibraryExtension}"
-    try:
-        library = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise SigmafmuError(f"this installation cannot build FMUs on {fmpy.platform}: {error}") from error
-    library.sigmafmu_describe.argtypes = (ctypes.c_char_p, ctypes.c_char_p)
-    library.sigmafmu_describe.restype = ctypes.c_void_p
-    library.sigmafmu_free.argtypes = (ctypes.c_void_p,)
-    library.sigmafmu_free.restype = None
-    return library
+        return Description(native.describe(mechanism, resources))
+    except (ValueError, RuntimeError) as error:
+        raise SigmafmuError(str(error)) from error
 
 
 def _fill(tree: Path, description: Description, resources: Path, source: Path | None, shapes: Shapes) -> None:

@@ -295,9 +295,9 @@ std::string describe_moved_values(const MultibodyDef& definition, const System& 
     if (++moved > kShown) continue;
     text << (moved > 1 ? ", " : "") << initial_name(definition, what);
     const auto write = [&](const VectorXd& x) {
-      if (size > 1) text << "(";
-      for (int c = 0; c < size; ++c) text << (c > 0 ? ", " : "") << (std::abs(x[c]) > 1e-12 * scale ? x[c] : 0.0);
-      if (size > 1) text << ")";
+      if (x.size() > 1) text << "(";
+      for (int c = 0; c < x.size(); ++c) text << (c > 0 ? ", " : "") << (std::abs(x[c]) > 1e-12 * scale ? x[c] : 0.0);
+      if (x.size() > 1) text << ")";
     };
     text << " ", write(before), text << " -> ", write(after);
     if (!orientation) text << " " << initial_unit(definition, what);

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmafmu.masters.process import ProcessError, output_of
+from sigmafmu.user_cache import user_cache
 
 CACHE_VARIABLE = "SIGMAFMU_TOOLS"
 """Environment variable that names another folder for fetched artifacts than the user's cache."""
@@ -17,8 +18,7 @@ CACHE_VARIABLE = "SIGMAFMU_TOOLS"
 def cache() -> Path:
     """Folder of the fetched artifacts."""
     own = os.environ.get(CACHE_VARIABLE)
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return Path(own).absolute() if own else user / "sigmafmu" / "tools"
+    return Path(own).absolute() if own else user_cache() / "tools"
 
 
 def java_version() -> str:

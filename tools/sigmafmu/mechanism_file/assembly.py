@@ -1,13 +1,14 @@
 """The start of a mechanism: coordinates and rates that the file gives hold, all else gives way to the joints."""
 
+import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file import least_change, rotations
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.structures import Record
@@ -59,33 +60,30 @@ class Wanted:
         return abs(self.gap(x)) > ROUNDING * (1 + abs(self.value))
 
 
-def assemble(
-    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record]
-) -> tuple[Json, Any, tuple[Move, ...]]:
-    """The definition at a start with the coordinates and rates of the file, its mechanism, and what had to move for it.
+def assemble(content: Json, resources: Path, joints: Mapping[str, Record]) -> tuple[Json, tuple[Move, ...]]:
+    """The definition at a start with the coordinates and rates of the file, and what had to move for it.
 
-    `make` is the mechanism of a definition. Where joints do not close from the bodies' places, other starts along the
-    tree are tried, and that which moves least is taken; from there the change is made least. Raises ValueError or
-    RuntimeError with the core's sentence, which names the joints that cannot close and by how much.
+    The modal data are in the folder `resources`. Where joints do not close from the bodies' places, other starts along
+    the tree are tried, and that which moves least is taken; from there the change is made least. Raises ValueError for a
+    definition that is wrong, RuntimeError with the joints that cannot close and by how much.
     """
-    mechanism = make(content)
     try:
-        start, moved = _assembled(content, mechanism, joints)
+        start, moved = _assembled(content, resources, joints)
     except RuntimeError as error:
-        start, moved = _from_other_starts(content, make, joints, error)
+        start, moved = _from_other_starts(content, resources, joints, error)
     if any(move.position or move.turn for move in _moves(content, *moved)) and least_change.applies(content):
-        start, moved = _from_the_nearest(content, make, joints, (start, moved))
-    return start, make(start), tuple(move for move in _moves(content, *moved) if move.is_any)
+        start, moved = _from_the_nearest(content, resources, joints, (start, moved))
+    return start, tuple(move for move in _moves(content, *moved) if move.is_any)
 
 
 def _from_other_starts(
-    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record], error: RuntimeError
+    content: Json, resources: Path, joints: Mapping[str, Record], error: RuntimeError
 ) -> tuple[Json, State]:
     """As assemble(), from where bodies hang along trees; without success the error with the least gap."""
     found = []
     for begin in tree_starts(content, joints) if len(content["bodies"]) <= MOST_BODIES else ():
         try:
-            found.append(_assembled(begin, make(begin), joints))
+            found.append(_assembled(begin, resources, joints))
         except (ValueError, RuntimeError) as other:
             if _missing(other) < _missing(error):
                 error = RuntimeError(str(other))
@@ -95,32 +93,29 @@ def _from_other_starts(
 
 
 def _from_the_nearest(
-    content: Json, make: Callable[[Json], Any], joints: Mapping[str, Record], found: tuple[Json, State]
+    content: Json, resources: Path, joints: Mapping[str, Record], found: tuple[Json, State]
 ) -> tuple[Json, State]:
     """As assemble(), from the positions nearby that are the nearest to where the file has the bodies."""
     start, (q, v) = found
-    system = _core.System(make(start).multibody)
-    held = [w for w in _wanted(joints) if not w.is_rate]
-    nearest = least_change.nearest(content, system, q, lambda q: _held_rows(system, held, q))
+    text, held = json.dumps(start), [w for w in _wanted(joints) if not w.is_rate]
+
+    def closure(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        told = native.closure(text, resources, q, [w.index for w in held])
+        missed = [w.gap(value) for w, value in zip(held, told["values"], strict=True)]
+        size = 6 * len(content["bodies"])
+        rows = np.vstack([told["rows"].reshape(-1, size), told["value_rows"].reshape(-1, size)])
+        return np.concatenate([told["gaps"], missed]), rows
+
+    nearest = least_change.nearest(content, q, closure)
     if nearest is None or not change(content, _at(content, nearest, v)) < change(content, _at(content, q, v)):
         return found
     bodies = zip(content["bodies"], _at(content, nearest, v)["bodies"], strict=True)
     places = ("position", "orientation")
     begin = {**content, "bodies": [old | {key: new[key] for key in places} for old, new in bodies]}
     try:
-        return _assembled(begin, make(begin), joints)
+        return _assembled(begin, resources, joints)
     except (ValueError, RuntimeError):  # the least change has an axis the wrong way round
         return found
-
-
-def _held_rows(system: Any, held: Sequence[Wanted], q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What coordinates of the file miss at q, and their gradients, by rates of unit velocities."""
-    rest = np.zeros(system.velocity_size)
-    if not held:
-        return np.zeros(0), np.zeros((0, len(rest)))
-    values = system.coordinates(q, rest)[0]
-    rates = np.array([system.coordinates(q, unit)[1] for unit in np.eye(len(rest))])
-    return np.array([w.gap(values[w.index]) for w in held]), rates.T[[w.index for w in held]]
 
 
 def _missing(error: Exception) -> float:
@@ -129,17 +124,14 @@ def _missing(error: Exception) -> float:
     return float(match[1]) if match else np.inf
 
 
-def _assembled(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> tuple[Json, State]:
+def _assembled(content: Json, resources: Path, joints: Mapping[str, Record]) -> tuple[Json, State]:
     """From one start: the definition there, and its state."""
-    q, v = _core.assemble(mechanism.multibody)
-    wanted = list(_wanted(joints))
-    reached = _core.System(mechanism.multibody).coordinates(q, v) if wanted else ()
-    if any(w.missed_by(reached[w.is_rate][w.index]) for w in wanted):
-        for w in wanted:
-            mechanism.set(w.parameter, w.value)
-        q, v = _core.assemble(mechanism.multibody)
-        content = _at(content, q, v)
-    return _with_turns(content, wanted, joints), (q, v)
+    text, wanted = json.dumps(content), list(_wanted(joints))
+    told = native.start(text, resources)
+    if any(w.missed_by(told["rates" if w.is_rate else "coordinates"][w.index]) for w in wanted):
+        told = native.start(text, resources, {w.parameter: w.value for w in wanted})
+        content = _at(content, told["q"], told["v"])
+    return _with_turns(content, wanted, joints), (told["q"], told["v"])
 
 
 def _wanted(joints: Mapping[str, Record]) -> Iterator[Wanted]:

@@ -1,4 +1,4 @@
-"""What a mechanism file says → the normalised definition: plain data, as `_core.from_json` reads it.
+"""What a mechanism file says → the normalised definition: plain data, as FMUs carry it.
 
 Bodies sit in their centres of mass there, points and axes are in bodies, numbers are SI.
 """
@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from sigmafmu import _core
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.checks import inertia_matrix
 from sigmafmu.mechanism_file.placement import Frame, Placement, Pose, coordinates, motion
@@ -151,7 +150,7 @@ def _axes_in_w(element: Record) -> np.ndarray:
     """Axes of W that geometry there asks for: z is a direction if there is one."""
     direction = next((element[key] for key in DIRECTIONS if key in element), None)
     if direction is not None:
-        return _core.axes_with_z(np.array(direction))
+        return rotations.axes_with_z(np.array(direction))
     return rotations.matrix(rotations.of_orientation(element.get("orientation")))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmafmu import SigmafmuError, _core
+from sigmafmu import SigmafmuError, native
 from sigmafmu.mechanism_file import rotations
 from sigmafmu.mechanism_file.load import MechanismFile, folder_of
 
@@ -17,7 +17,7 @@ def draw(file: MechanismFile, path: Path) -> None:
     from sigmafmu.contents.draw import draw_figure  # Matplotlib takes a second to load
 
     with folder_of(file.resources) as folder:
-        picture = draw_figure(json.loads(_core.to_json(file.mechanism)), folder, shapes_of(file))
+        picture = draw_figure(json.loads(native.describe(file.text, folder)["mechanism"]), folder, shapes_of(file))
     try:
         picture.save(path)
     except OSError as error:

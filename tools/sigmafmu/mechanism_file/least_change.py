@@ -10,7 +10,6 @@ For mechanisms of rigid bodies without prescribed motions; others stay where the
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -25,8 +24,8 @@ REACHED = 1e-10
 DEPENDENT = 1e-10
 """Of the largest singular value: less belongs to equations that follow from others."""
 
-Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""What coordinates of joints that must stay miss at q, and the gradients of these."""
+Closure = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""What joints, and coordinates that must stay, miss at q, and the gradients of these by velocities."""
 
 
 def applies(content: Json) -> bool:
@@ -35,26 +34,35 @@ def applies(content: Json) -> bool:
     return len(content["bodies"]) <= MOST_BODIES and not prescribed and all("mass" in b for b in content["bodies"])
 
 
-def nearest(content: Json, system: Any, q: np.ndarray, rows: Rows) -> np.ndarray | None:
+def nearest(content: Json, q: np.ndarray, closure: Closure) -> np.ndarray | None:
     """Positions near q with the least change from those of the definition; None: none were found."""
     bodies = content["bodies"]
     start = [np.concatenate([body["position"], body["orientation"]["quaternion"]]) for body in bodies]
     inverse = [np.linalg.inv(_inertia(body)) for body in bodies]
-    rest, size = np.zeros(system.velocity_size), 1 + np.abs(q).max()
+    size = 1 + np.abs(q).max()
     for _ in range(ITERATIONS):
-        gaps, _, gradients, _ = system.constraints(q, rest)
-        more = rows(q)
-        gaps, B = np.concatenate([gaps, more[0]]), np.vstack([gradients, more[1]])
+        gaps, B = closure(q)
         g = np.concatenate([_gradient(bodies, start, q, i) for i in range(len(bodies))])
         WB, Wg = _weighted(bodies, inverse, B.T), _weighted(bodies, inverse, g)
         multipliers = np.linalg.lstsq(B @ WB, B @ Wg - gaps, rcond=DEPENDENT)[0]
         step = WB @ multipliers - Wg
-        q = system.compose(q, step)
+        q = _moved(q, step)
         if not np.isfinite(q).all():
             return None
         if np.abs(step).max() <= REACHED * size:
             return q
     return None
+
+
+def _moved(q: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Bodies moved by displacements in W and turns about their own axes."""
+    result = q.copy()
+    for i in range(len(q) // 7):
+        place, way = result[7 * i : 7 * i + 7], step[6 * i : 6 * i + 6]
+        place[:3] += way[:3]
+        turned = rotations.product(place[3:], rotations.of_vector(way[3:]))
+        place[3:] = turned / np.linalg.norm(turned)
+    return result
 
 
 def _inertia(body: Json) -> np.ndarray:

@@ -7,13 +7,13 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file import tree
 from sigmafmu.mechanism_file.assembly import Move, assemble
 from sigmafmu.mechanism_file.checks import check_mimics
@@ -36,9 +36,7 @@ class MechanismFile:
 
     path: Path
     definition: Json
-    """Normalised (definition.py): what `_core.from_json` reads and an FMU carries."""
-    mechanism: Any
-    """The same as `_core.Mechanism`, with the modal data of its files."""
+    """Normalised (definition.py): what an FMU carries."""
     resources: dict[str, Path]
     """Files that belong to it, by the names that the definition has for them."""
     shapes: dict[str, list[dict]]
@@ -49,6 +47,22 @@ class MechanismFile:
     """Joints that placed bodies, by the body."""
     moves: tuple[Move, ...]
     """What had to move so that the mechanism can start."""
+
+    @property
+    def text(self) -> str:
+        """The definition in JSON."""
+        return json.dumps(self.definition)
+
+    @cached_property
+    def mechanism(self) -> Any:
+        """The same as `_core.Mechanism`, with the modal data of its files; only where that is installed."""
+        from sigmafmu import _core
+
+        mechanism = _core.from_json(self.text)
+        with folder_of(self.resources) as folder:
+            _core.load_modal_files(mechanism, str(folder))
+        mechanism.validate()
+        return mechanism
 
 
 def load(path: Path | str) -> MechanismFile:
@@ -71,9 +85,10 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     content = definition(file, placement, {name: modes for name, (_, modes) in data.items()})
     try:
         joints = file.get("joints", {})
-        content, mechanism, moves = assemble(content, partial(mechanism_of, resources=resources), joints)
-        content = with_stiff_stops(content, mechanism, joints)
-        mechanism = mechanism_of(content, resources)
+        with folder_of(resources) as folder:
+            content, moves = assemble(content, folder, joints)
+            content = with_stiff_stops(content, folder, joints)
+            native.check(json.dumps(content), folder)
     except (ValueError, RuntimeError) as error:
         line, where = _place_of(str(error), file)
         problems.add(line, where, str(error).rstrip("."))
@@ -82,23 +97,12 @@ def load_text(text: str, path: Path | str) -> MechanismFile:
     return MechanismFile(
         path,
         content,
-        mechanism,
         resources,
         {name: body["shapes"] for name, body in bodies if "shapes" in body},
         {name: placement[name].offset.tolist() for name, _ in bodies},
         {name: pose.placed_by for name, pose in placement.poses.items() if pose.placed_by},
         moves,
     )
-
-
-def mechanism_of(content: Json, resources: Mapping[str, Path]) -> Any:
-    """The `_core.Mechanism` of a definition, checked; raises ValueError or RuntimeError with the core's sentence."""
-    mechanism = _core.from_json(json.dumps(content))
-    if resources:
-        with folder_of(resources) as folder:
-            _core.load_modal_files(mechanism, str(folder))
-    mechanism.validate()
-    return mechanism
 
 
 @contextmanager

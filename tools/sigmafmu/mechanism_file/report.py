@@ -1,12 +1,12 @@
 """What `sigmafmu check` tells about a mechanism that can start."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file.definition import Json
-from sigmafmu.mechanism_file.load import MechanismFile
+from sigmafmu.mechanism_file.load import MechanismFile, folder_of
 
 COUNTED = ("bodies", "joints", "forces", "loads", "tendons", "couplings", "drives", "sensors")
 SHOWN = 20
@@ -15,16 +15,17 @@ SHOWN = 20
 
 def report(file: MechanismFile) -> Iterator[str]:
     """Lines of text."""
-    content, multibody = file.definition, file.mechanism.multibody
+    content = file.definition
+    with folder_of(file.resources) as folder:
+        told = native.freedom(file.text, folder)
     counts = ((key, len(content.get(key, ()))) for key in COUNTED)
     yield f"{content['name']}: " + ", ".join(f"{n} {key if n > 1 else _one(key)}" for key, n in counts if n)
-    freedom = _core.freedom(multibody)
-    yield f"degrees of freedom: {freedom}"
+    yield f"degrees of freedom: {told['freedom']}"
     constraints = _constraints(file)
-    for group in freedom.groups:
-        names = ", ".join(constraints[i] for i in group.joints)
-        yield f"redundant: {group.dependent} of the {group.equations} equations of {names} follow from the others"
-    yield from _masses(file)
+    for group in told["groups"]:
+        names = ", ".join(constraints[i] for i in group["joints"])
+        yield f"redundant: {group['dependent']} of the {group['equations']} equations of {names} follow from the others"
+    yield _masses(dict(zip(_names(content["bodies"]), told["masses"], strict=True)))
     for body, joint in file.placed_by.items():
         yield f"placed: {body} by {joint}"
     yield from _moves(file)
@@ -46,17 +47,10 @@ def _one(key: str) -> str:
     return {"bodies": "body"}.get(key, key.removesuffix("s"))
 
 
-def _masses(file: MechanismFile) -> Iterator[str]:
-    masses = {body.name: _mass(body) for body in file.mechanism.multibody.bodies}
+def _masses(masses: Mapping[str, float]) -> str:
     listed = ", ".join(f"{name} {mass:.6g}" for name, mass in list(masses.items())[:SHOWN])
     more = f" and {len(masses) - SHOWN} more" if len(masses) > SHOWN else ""
-    yield f"masses [kg]: {listed}{more}; together {sum(masses.values()):.6g}"
-
-
-def _mass(body: _core.RigidBody) -> float:
-    if body.modal is None:
-        return body.mass
-    return float(np.sum(body.modal.mass_matrix if body.modal.mass_matrix.size else body.modal.masses))
+    return f"masses [kg]: {listed}{more}; together {sum(masses.values()):.6g}"
 
 
 def _moves(file: MechanismFile) -> Iterator[str]:

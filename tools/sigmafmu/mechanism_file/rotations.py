@@ -65,3 +65,17 @@ def of_orientation(orientation: Mapping | None) -> np.ndarray:
         return of_vector(orientation["rotation_vector"])
     roll, pitch, yaw = (of_vector(angle * axis) for angle, axis in zip(orientation["rpy"], np.eye(3), strict=True))
     return product(yaw, product(pitch, roll))
+
+
+def axes_with_z(z: np.ndarray) -> np.ndarray:
+    """Axes of a frame, the third along z, as columns; the first is perpendicular to the axis of W least along z.
+
+    The same bits as the core's.
+    """
+    e3 = _unit(z)
+    e1 = _unit(np.cross(np.eye(3)[np.argmin(np.abs(e3))], e3))
+    return np.column_stack((e1, np.cross(e3, e1), e3))
+
+
+def _unit(x: np.ndarray) -> np.ndarray:
+    return x / np.sqrt((x[0] * x[0] + x[1] * x[1]) + x[2] * x[2])  # Eigen's order

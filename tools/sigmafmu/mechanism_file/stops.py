@@ -4,13 +4,12 @@ With the inertia m that a force on the coordinate feels, all other joints holdin
 T is what a run has to resolve, whatever the mechanism's size, and a weight that the coordinate lifts sinks in alike.
 """
 
+import json
 import math
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
 
-import numpy as np
-
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file.definition import Json
 from sigmafmu.mechanism_file.structures import Record
 from sigmafmu.mechanism_file.table.joints import JOINT_TYPES
@@ -23,28 +22,32 @@ HELD = 1e-10
 """Acceleration per force, of that of free bodies: with less a coordinate cannot move, and needs no stop."""
 
 
-def with_stiff_stops(content: Json, mechanism: Any, joints: Mapping[str, Record]) -> Json:
-    """The definition with the stiffness of all its stops; `mechanism` is that of the definition, where it starts."""
-    stops = content.get("joint_stops", [])
-    if all("stop_stiffness" in stop for stop in stops):
+def with_stiff_stops(content: Json, resources: Path, joints: Mapping[str, Record]) -> Json:
+    """The definition, at its start, with the stiffness of all its stops; raises RuntimeError with the core's sentence.
+
+    The modal data are in the folder `resources`.
+    """
+    open_ones = [stop for stop in content.get("joint_stops", []) if "stop_stiffness" not in stop]
+    if not open_ones:
         return content
-    q, v = _core.assemble(mechanism.multibody)
-    system, inputs = _core.System(mechanism.multibody), list(_core.Outputs(mechanism).inputs)
-    at_rest = system.accelerations(q, v, np.zeros(system.input_size))[0]
-    indices = {name: i for i, name in enumerate(joints)}
+    first, count = {}, 0
+    for name, joint in joints.items():
+        first[name] = count
+        count += len(JOINT_TYPES[joint["type"]].coordinates)
     bodies = {body["name"]: body for body in content["bodies"] if "mass" in body}
 
-    def stiffness(stop: Json) -> float:
-        joint, c = stop["joint"], stop["coordinate"]
-        coordinate = JOINT_TYPES[joints[joint]["type"]].coordinates[c]
-        u = np.zeros(system.input_size)
-        u[inputs.index(f"{joint}.{coordinate.dimension('motorTorque', 'actuatorForce')}{coordinate.number}")] = 1
-        moved = system.accelerations(q, v, u)[0]
-        found = [system.coordinate_acceleration(q, v, vdot, indices[joint], c) for vdot in (moved, at_rest)]
-        gain = found[0] - found[1]
-        ends = [bodies[name] for name in joints[joint]["bodies"] if name in bodies]
-        free = sum(1 / (max(body["inertia"].values()) if coordinate.turns else body["mass"]) for body in ends)
+    def stiffness(stop: Json, gain: float) -> float:
+        joint = joints[stop["joint"]]
+        turns = JOINT_TYPES[joint["type"]].coordinates[stop["coordinate"]].turns
+        ends = [bodies[name] for name in joint["bodies"] if name in bodies]
+        free = sum(1 / (max(body["inertia"].values()) if turns else body["mass"]) for body in ends)
         return float(f"{(2 * math.pi / PERIOD) ** 2 / gain:.{DIGITS}g}") if gain > HELD * free else 0.0
 
-    filled = [stop if "stop_stiffness" in stop else stop | {"stop_stiffness": stiffness(stop)} for stop in stops]
+    gains = native.mobility(
+        json.dumps(content), resources, [first[stop["joint"]] + stop["coordinate"] for stop in open_ones]
+    )
+    found = iter([stiffness(stop, gain) for stop, gain in zip(open_ones, gains, strict=True)])
+    filled = [
+        stop if "stop_stiffness" in stop else stop | {"stop_stiffness": next(found)} for stop in content["joint_stops"]
+    ]
     return {**content, "joint_stops": filled}

@@ -1,8 +1,6 @@
 """The whole file."""
 
-import json
-
-from sigmafmu import _core
+from sigmafmu import native
 from sigmafmu.mechanism_file.kinds import Number, Text, Version, Whole, Word
 from sigmafmu.mechanism_file.structures import Either, Key, List, Named, Struct, vector
 from sigmafmu.mechanism_file.table.bodies import BODY_KEYS
@@ -41,7 +39,7 @@ EXPERIMENT = Struct(
 
 def _integrator() -> Struct:
     """The integrator's settings, as the core has them: its values are numbers, words where it has enumerations."""
-    settings = json.loads(_core.to_json(_core.Mechanism()))["integrator"]
+    settings = native.default()["integrator"]
 
     def kind(name: str, value: object) -> Number | Whole | Text:
         if isinstance(value, str):
