@@ -1,7 +1,7 @@
 """The library `describe`, which answers questions about mechanisms in JSON on every platform, without `_core`.
 
-modelDescription/describe_library.cpp has its functions. Each raises ValueError for a mechanism that is wrong, RuntimeError
-for one that cannot do what is asked, and SigmafmuError where the library is missing.
+modelDescription/describe_library.cpp has its functions. Each raises ValueError for a mechanism that is wrong,
+RuntimeError for one that cannot do what is asked, and SigmafmuError where the library is missing.
 """
 
 import ctypes

@@ -64,8 +64,8 @@ def assemble(content: Json, resources: Path, joints: Mapping[str, Record]) -> tu
     """The definition at a start with the coordinates and rates of the file, and what had to move for it.
 
     The modal data are in the folder `resources`. Where joints do not close from the bodies' places, other starts along
-    the tree are tried, and that which moves least is taken; from there the change is made least. Raises ValueError for a
-    definition that is wrong, RuntimeError with the joints that cannot close and by how much.
+    the tree are tried, and that which moves least is taken; from there the change is made least. Raises ValueError for
+    a definition that is wrong, RuntimeError with the joints that cannot close and by how much.
     """
     try:
         start, moved = _assembled(content, resources, joints)
