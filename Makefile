@@ -79,10 +79,12 @@ release: build ## compile the FMUs' sources for old Linux distributions and for 
 	@$(PIP) install -q --group release
 	@$(IN_VENV) $(BIN)/python tools/release.py $(BUILD) dist
 
-test-release: release ## run the tests of the released FMUs
+RELEASE_QUICK := tests/fmu/test_accuracy.py tests/fmu/test_state.py tests/fmu/test_steps.py
+
+test-release: release ## run the tests of the released FMUs; QUICK=1: some
 	@echo "test-release: pytest on the FMUs in dist"
-	@$(BIN)/python -m pytest -n auto -m release $(PYTEST_ARGS)
-	@SIGMAFMU_FMUS="$(CURDIR)/dist" $(BIN)/python -m pytest -n auto tests/fmu $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest -n auto -m "release$(if $(QUICK), and not slow)" $(PYTEST_ARGS)
+	@SIGMAFMU_FMUS="$(CURDIR)/dist" $(BIN)/python -m pytest -n auto $(if $(QUICK),$(RELEASE_QUICK),tests/fmu) $(PYTEST_ARGS)
 
 wheel: build ## make the wheel for all platforms -> dist; half an hour on one core the first time
 	@echo "wheel: linux64, aarch64-linux, win64 and darwin64 -> dist"

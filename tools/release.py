@@ -106,6 +106,13 @@ def copy_slave(slave: Path, target: Path, platforms: list[str]) -> None:
             (target / platform / file).write_bytes(content)
 
 
+def copy_viewer(script: Path, target: Path) -> None:
+    """Writes the script of the page of `sigmafmu view`."""
+    if not script.is_file():
+        sys.exit(f"release: there is no {script}; `make build` makes it where npm can be reached.")
+    shutil.copy(script, target)
+
+
 def main() -> None:
     """Reads the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -125,6 +132,7 @@ def main() -> None:
         list(pool.map(lambda toolchain: compile_for(toolchain, options.build, targets), toolchains))
     options.output.mkdir(parents=True, exist_ok=True)
     if options.wheel:
+        copy_viewer(options.build / "viewer" / "viewer.js", options.output)
         pack_all(fmus, options.output / "fmus.tar.xz", platforms)
         copy_slave(options.build / "slave", options.output / "slave", platforms)
     else:

@@ -160,6 +160,7 @@ def test_the_sources_make_the_binary(built, start, tmp_path):
 
 
 @pytest.mark.release
+@pytest.mark.slow
 def test_the_tests_of_the_fmus_pass(tmp_path):
     """All of them, on FMUs of files that have no section in docs/."""
     for model in ("SliderCrank", "FlexibleSliderCrank"):

@@ -108,6 +108,13 @@ def test_a_mechanism_file_runs(call, fmus):
     assert (call.folder / "pendulum.csv").read_text(encoding="utf-8").count("\n") > 10
 
 
+def test_a_mechanism_is_shown_in_one_page(call, fmus):
+    call("view", "Pendulum.yaml", "--stop-time", "0.1", "--no-open", "--output", "pendulum.html")
+    page = (call.folder / "pendulum.html").read_text(encoding="utf-8")
+    assert "WebGLRenderer" in page
+    assert len(page) > 500_000
+
+
 @pytest.mark.parametrize(
     ("platform", "loader"), [("linux64", "ld-linux-x86-64.so.2"), ("aarch64-linux", "ld-linux-aarch64.so.1")]
 )
