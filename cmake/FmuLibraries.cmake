@@ -27,6 +27,7 @@ target_compile_definitions(sigmafmu_describe PRIVATE SIGMAFMU_VERSION="${PROJECT
 set(SIGMAFMU_SLAVE_DIR ${CMAKE_CURRENT_BINARY_DIR}/slave)
 sigmafmu_add_binary(slave fmu_src/fmi/model_of_file.cpp $<TARGET_OBJECTS:sigmafmu_fmi2>)
 target_link_libraries(slave PRIVATE sigmafmu_file_model)
-sigmafmu_add_library(describe ${CMAKE_CURRENT_SOURCE_DIR}/cmake/describe.map modelDescription/describe_library.cpp)
+sigmafmu_add_library(describe ${CMAKE_CURRENT_SOURCE_DIR}/cmake/describe.map modelDescription/describe_library.cpp
+                     fmu_src/fmi/unload.cpp)
 target_link_libraries(describe PRIVATE sigmafmu_describe)
 set_target_properties(slave describe PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${SIGMAFMU_SLAVE_DIR}/${FMI2_PLATFORM})

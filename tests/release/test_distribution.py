@@ -4,6 +4,7 @@ Binaries of Linux run, those of ARM Linux under qemu-user, of Windows under wine
 not been run here.
 """
 
+import json
 import re
 import shutil
 import sys
@@ -154,22 +155,49 @@ def test_macos_binaries_are_complete(fmus):
         assert parts[1].has_code_signature
 
 
-def test_arm_linux_binary_computes_what_the_one_of_x86_does(fmus, runner):
-    qemu = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
-    if not qemu or not ARM_LIBRARIES.is_dir():
-        pytest.skip("qemu-user or libc6-arm64-cross is not installed")
-    for tree in fmus.iterdir():
-        arm = poses([qemu, "-L", ARM_LIBRARIES, runner("aarch64-linux")], binary(tree, "aarch64-linux"))
-        assert_same_motion(arm, poses([runner("linux64")], binary(tree, "linux64")))
+@pytest.fixture(scope="session")
+def emulate(runner):
+    """Function: the command that runs a program of this folder on another platform; skips where that cannot be."""
+
+    def command(platform: str, name: str = "run_fmu") -> list[str | Path]:
+        if platform == "aarch64-linux":
+            qemu = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
+            if not qemu or not ARM_LIBRARIES.is_dir():
+                pytest.skip("qemu-user or libc6-arm64-cross is not installed")
+            return [qemu, "-L", ARM_LIBRARIES, runner(platform, name)]
+        wine = shutil.which("wine") or shutil.which("wine64")
+        if not wine:
+            pytest.skip("wine is not installed")
+        return [wine, runner(platform, name)]
+
+    return command
 
 
-def test_windows_binary_computes_what_the_one_of_linux_does(fmus, runner):
-    wine = shutil.which("wine") or shutil.which("wine64")
-    if not wine:
-        pytest.skip("wine is not installed")
+@pytest.mark.parametrize("platform", ["aarch64-linux", "win64"])
+def test_binaries_of_other_platforms_compute_what_those_of_linux_do(fmus, runner, emulate, platform):
+    program = emulate(platform)
     for tree in fmus.iterdir():
-        windows = poses([wine, runner("win64")], binary(tree, "win64"))
-        assert_same_motion(windows, poses([runner("linux64")], binary(tree, "linux64")))
+        there = poses(program, binary(tree, platform))
+        assert_same_motion(there, poses([runner("linux64")], binary(tree, "linux64")))
+
+
+@pytest.mark.parametrize("platform", ["aarch64-linux", "win64"])
+def test_other_platforms_describe_mechanisms_as_linux_does(fmus, python, runner, emulate, platform):
+    """Names and checksums: an FMU that is built on one system runs on all others."""
+    mechanism = fmus / "Pendulum" / "resources" / "mechanism.json"
+    parts = Path(run(python, "-c", "from sigmafmu.native import PARTS; print(PARTS)").strip())
+
+    def told(command: list[str | Path], system: str) -> dict:
+        library = parts / system / f"describe{PLATFORMS[system]}"
+        return json.loads(run(*command, library, mechanism, WINEDEBUG="-all"))
+
+    here, there = (
+        told([runner("linux64", "run_describe")], "linux64"),
+        told(emulate(platform, "run_describe"), platform),
+    )
+    for key in ("degreesOfFreedom", "units", "types", "enumerations", "outputs", "elements", "checksums"):
+        assert there[key] == here[key], key
+    assert [v["name"] for v in there["variables"]] == [v["name"] for v in here["variables"]]
 
 
 def test_the_source_distribution_has_what_the_wheel_is_built_of(tmp_path):
