@@ -7,6 +7,7 @@ import pytest
 
 from research.mechanisms.linkages import CRANK, DOOR_MASS, REGULAR, bricard, door, four_bar_row, planar_four_bar
 from research.mechanisms.parts import SPHERICAL
+from research.reference.linkage_motions import bricard_motion, four_bar_motion, four_bar_row_motion
 from sigmafmu import _core
 
 from .closed_chains import FIXED, JointPlace, mechanism
@@ -25,7 +26,6 @@ from .helpers import (
     copy,
     simulation,
 )
-from .linkage_motions import bricard_motion, four_bar_motion, four_bar_row_motion
 from .methods import BLIEDF2, RKMK4, SE3, TIGHT
 
 MECHANISMS = {  # and how many equations follow from others, joint by joint as many as the plane takes

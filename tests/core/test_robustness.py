@@ -7,11 +7,11 @@ import pytest
 
 from research.mechanisms.linkages import CRANK, CYLINDRICAL, MASSES, planar_four_bar
 from research.mechanisms.parts import REVOLUTE, SPHERICAL
+from research.reference.linkage_motions import four_bar_motion
 from research.robustness import CASES, FORMULATIONS, SteadyTop
 from sigmafmu import _core
 
 from .helpers import EPS, FULL, INDEX3, MODIFIED, mass_matrix, simulation
-from .linkage_motions import four_bar_motion
 
 # --- accuracy --------------------------------------------------------------------------------------------------------
 

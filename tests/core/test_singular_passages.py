@@ -13,10 +13,10 @@ import pytest
 
 from research.mechanisms.linkages import CYLINDRICAL, GRAVITY, four_bar_row
 from research.mechanisms.parts import REVOLUTE, SPHERICAL, Z, add_bar, add_body, add_joint
+from research.reference.linkage_motions import four_bar_row_motion, reduced_motion
 from sigmafmu import _core
 
 from .helpers import GROUND, INDEX2, INDEX3, MODIFIED, STABILIZED, TANGENT_FREE, Rotation, simulation
-from .linkage_motions import four_bar_row_motion, reduced_motion
 from .methods import BLIEDF2, RKMK4
 
 PRISMATIC, UNIVERSAL = _core.JointType.prismatic, _core.JointType.universal

@@ -37,6 +37,8 @@ NOT_RUN = {
     "python -m research view": "takes pictures for minutes; tests/view has its parts",
     "python -m research sweeps": "takes minutes",
     "sigmafmu view models/library/": "names files of the sources; test_site.py compares the page with them",
+    "python -m research gym": "measures for half a minute; tests/gym has its parts",
+    "python -m research compare": "measures for minutes",
     "python -m research gallery": "takes pictures for minutes",
     "python -m research newcomer": "clones, sets up and builds",
     "python -m research study": "takes minutes; `make study QUICK=1` is part of CI",

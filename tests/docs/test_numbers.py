@@ -7,6 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from research.bench import runs
+from research.compare.measure import SAME
+from research.compare.problems import PROBLEMS
 from sigmafmu.fmu import Fmu
 from sigmafmu.model import Model
 
@@ -324,3 +327,45 @@ def test_default_settings(fmu):
         items = {i.value: i.name for i in variable.declaredType.items} if variable.type == "Enumeration" else {}
         if cell != "by mechanism":
             assert cell.strip("`") == items.get(variable.start, f"{float(variable.start):g}" if not items else ""), name
+
+
+# --- gym.md and compare.md -----------------------------------------------------------------------------------------------
+
+
+def test_gym_on_the_way_through_python():
+    """Steps per second less the step alone."""
+    rows = markdown_rows("gym.md", "ours")
+    overhead = [1e6 / float(row[2]) - float(row[4]) for row in rows if row[1] == "10"]
+    assert "about 25 µs" in prose("gym.md")
+    assert all(20 < x < 30 for x in overhead)
+
+
+def compare_rows(name: str, **wanted: str) -> list[dict[str, str]]:
+    with (ROOT / "docs" / "compare" / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        return [r for r in csv.DictReader(file) if all(r[k] == v for k, v in wanted.items())]
+
+
+def test_compare_on_joint_forces():
+    (crank,) = compare_rows("forces", problem="crank")
+    assert "0.2 % on the slider-crank" in prose("compare.md")
+    errors = [abs(float(crank[code]) / float(crank["exact"]) - 1) for code in ("ours", "Exudyn")]
+    assert all(0.001 < error < 0.003 for error in errors)
+
+
+def test_compare_on_the_squeezer_in_exudyn():
+    (floor,) = re.findall(r"Its errors on A03 stop to fall at (\S+),", prose("compare.md"))
+    last = [compare_rows("work", problem="A03", method=f"Exudyn, index {i}")[-1] for i in (2, 3)]
+    assert {f"{float(row['error']):.0e}" for row in last} <= {"5e-06", f"{float(floor):.0e}"}
+
+
+def test_compare_on_the_slider_crank_by_formulations():
+    """Ours errs most by default, less with `index2`."""
+    errors = {r["method"]: float(r["error"]) for r in compare_rows("errors", problem="crank")}
+    assert max(errors, key=errors.get) == "ours, default"
+    (told,) = re.findall(r"`index2`, where they hold in velocities, errs by (\S+) there", prose("compare.md"))
+    problem = PROBLEMS[-1]
+    h = problem.largest / SAME
+    found = runs.core(
+        problem.mechanism(), h, round(problem.stop_time / h), np.zeros(3), body=problem.body, formulation=2
+    )
+    assert two(np.linalg.norm(found.position - problem.exact()) / problem.size) == two(float(told))

@@ -87,7 +87,26 @@ def two_fmus(lines):
     assert iterated < 1e-3 * held
 
 
-CHECKS = (first_fmu, own_mechanism, robot, parameter_study, regulator, flexible_body, which_settings, two_fmus)
+def reinforcement(lines):
+    """Random forces leave the rotor to its housing; 1 is the most for each of 250 steps."""
+    random, pd, *generations, learned = (numbers(line.partition(":")[2])[0] for line in lines[:-2])
+    assert random < 150
+    assert generations[-1] > generations[0]
+    assert min(pd, learned) > 240
+    assert max(pd, learned) <= 250
+
+
+CHECKS = (
+    first_fmu,
+    own_mechanism,
+    robot,
+    parameter_study,
+    regulator,
+    flexible_body,
+    which_settings,
+    two_fmus,
+    reinforcement,
+)
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-import sigmafmu
+import sigmafmu.gym
 from docs_site import LINK, on_site, write
 from research import gallery
 
@@ -30,8 +30,9 @@ def test_every_page_is_in_the_list_of_pages():
 
 
 def test_every_public_name_is_in_the_reference():
-    told = re.findall(r"^::: sigmafmu\.(\w+)$", read(ROOT / "docs" / "api.md"), re.MULTILINE)
-    assert sorted(told) == sorted(set(sigmafmu.__all__) - {"__version__"})
+    told = re.findall(r"^::: sigmafmu\.([\w.]+)$", read(ROOT / "docs" / "api.md"), re.MULTILINE)
+    in_gym = {f"gym.{name}" for name in sigmafmu.gym.__all__}
+    assert sorted(told) == sorted({*sigmafmu.__all__, *in_gym} - {"__version__"})
 
 
 def test_every_public_name_has_a_docstring():

@@ -1,5 +1,6 @@
 """The command `python -m research`."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +16,12 @@ app = typer.Typer(cls=OneLineErrors, no_args_is_help=True, add_completion=False,
 @app.callback(epilog="Example: python -m research bench")
 def main() -> None:
     """Study, measurements and reference solutions of sigmafmu's integrators."""
+
+
+def _need(*modules: str) -> None:
+    """SigmafmuError if one of the packages of `make bench` is missing."""
+    if missing := [name for name in modules if find_spec(name) is None]:
+        raise SigmafmuError(f"this needs {', '.join(missing)}; `make bench` installs what it needs")
 
 
 app.command(epilog="Example: python -m research study heavy-top --quick --output build/study-quick")(study)
@@ -73,11 +80,7 @@ def elements(
     output: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file to write.")] = Path("docs/comparison.md"),
 ) -> None:
     """Compare joints, forces and a robot arm with Exudyn, MuJoCo and Pinocchio; half a minute."""
-    from importlib.util import find_spec
-
-    missing = [name for name in ("exudyn", "mujoco", "pinocchio") if find_spec(name) is None]
-    if missing:
-        raise SigmafmuError(f"the comparison needs {', '.join(missing)}; `make bench` installs what it needs")
+    _need("exudyn", "mujoco", "pinocchio")
     from research.elements.page import page
 
     write_text(output, page(lambda what: err.print(f"elements: {what}")))
@@ -159,6 +162,40 @@ def sweeps(
     from research.sweep_costs.page import write
 
     write(page, runs, lambda what: err.print(f"sweeps: {what}"))
+    out.print(f"wrote {page}", soft_wrap=True)
+
+
+@app.command(epilog="Example: python -m research gym --rounds 5")
+def gym(
+    rounds: Annotated[int, typer.Option(min=1, help="Of all ways in turn; medians count.")] = 15,
+    page: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file with the place for it.")] = Path(
+        "docs/gym.md"
+    ),
+) -> None:
+    """Time steps of environments beside Gymnasium's of MuJoCo; seconds."""
+    _need("gymnasium", "mujoco", "imageio")
+    from research.gym import write
+
+    write(page, rounds, lambda what: err.print(f"gym: {what}"))
+    out.print(f"wrote {page}", soft_wrap=True)
+
+
+@app.command(epilog="Example: python -m research compare --rounds 3")
+def compare(
+    rounds: Annotated[int, typer.Option(min=1, help="Of all codes in turn; medians count.")] = 5,
+    page: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file with the place for it.")] = Path(
+        "docs/compare.md"
+    ),
+    redraw: Annotated[bool, typer.Option("--redraw", help="Measure nothing: page and figure from CSV files.")] = False,
+) -> None:
+    """Measure problems of the IFToMM library of benchmarks beside Exudyn and MuJoCo; minutes."""
+    _need("exudyn", "mujoco")
+    from research.compare import page as measured
+
+    if redraw:
+        measured.redraw(page)
+    else:
+        measured.write(page, rounds, lambda what: err.print(f"compare: {what}"))
     out.print(f"wrote {page}", soft_wrap=True)
 
 

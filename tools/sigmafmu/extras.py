@@ -10,6 +10,7 @@ EXTRAS = {
     "dask": "sweep",
     "distributed": "sweep",
     "fastparquet": "data",
+    "gymnasium": "gym",
     "h5netcdf": "sweep",
     "lxml": "loop",
     "mujoco": "mjcf",

@@ -55,12 +55,12 @@ def write(output: Path, only: Iterable[str] | None, effort: Effort) -> None:
         if name in chosen:
             rows = section.measure(effort)
             write_csv(folder / section.FILE, rows, [*dict.fromkeys(key for row in rows for key in row)])
-        rows = _read(folder / section.FILE)
+        rows = read_rows(folder / section.FILE)
         parts.append(f"\n## {section.TITLE}\n\n{section.report(rows, folder)}")
     output.write_text(_wrapped("".join(parts)), encoding="utf-8")
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
+def read_rows(path: Path) -> list[dict[str, Any]]:
     """Rows of a CSV file; numbers as such, empty cells left out."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))

@@ -42,7 +42,9 @@ def fastest(candidates: Mapping[Key, Callable[[], Run]], rounds: int) -> dict[Ke
     return result
 
 
-def core(mechanism: _core.Mechanism, h: float, steps: int, point: np.ndarray, **settings: Any) -> Run:
+def core(
+    mechanism: _core.Mechanism, h: float, steps: int, point: np.ndarray, *, body: int = -1, **settings: Any
+) -> Run:
     """Our core, without an FMU around it; `settings` are members of its IntegratorSettings."""
     mechanism.integrator.step_size = h
     for name, value in settings.items():
@@ -51,9 +53,9 @@ def core(mechanism: _core.Mechanism, h: float, steps: int, point: np.ndarray, **
     start = process_time()
     simulation.advance(h, steps)
     seconds = (process_time() - start) / steps
-    state, last = simulation.state, 7 * (len(mechanism.multibody.bodies) - 1)
-    turn = Rotation.from_quat(state.q[last + 3 : last + 7], scalar_first=True)
-    position = state.q[last : last + 3] + turn.apply(point)
+    state = simulation.state
+    pose = state.q[: 7 * len(mechanism.multibody.bodies)].reshape(-1, 7)[body]
+    position = pose[:3] + Rotation.from_quat(pose[3:], scalar_first=True).apply(point)
     return Run(seconds, state.counters.newton_iterations / steps, position)
 
 
@@ -87,7 +89,7 @@ def start_exudyn() -> None:
 
 
 def exudyn(
-    mechanism: str | _core.Multibody,
+    mechanism: str | _core.Multibody | Callable[[Model], None],
     h: float,
     steps: int,
     point: np.ndarray,
@@ -95,15 +97,19 @@ def exudyn(
     rho_inf: float = 0.9,
     modified: bool = False,
     sparse: bool = False,
+    scheme: str = "index3",
+    body: str = "",
 ) -> Run:
-    """Exudyn's σ-modified index-3 scheme, processor time of its solver; a mechanism of its own by name, or ours."""
-    settings = Settings(
-        h, rotation="lieGroup", scheme="index3", rho_inf=rho_inf, modified_newton=modified, sparse=sparse
-    )
-    name = mechanism if isinstance(mechanism, str) else ""
-    build: Callable[[Model], None] | None = None if isinstance(mechanism, str) else of_definition(mechanism)
-    run = simulate(name, settings, stop_time=steps * h, build=build)
-    last = next(key for key in reversed(run.history) if key.endswith(".angularVelocity[3]")).partition(".")[0]
+    """Exudyn's σ-modified index-3 scheme or another one, processor time of its solver.
+
+    A mechanism of its own by name, ours, or what builds one; `body` has the point (default: the last one).
+    """
+    settings = Settings(h, rotation="lieGroup", scheme=scheme, rho_inf=rho_inf, modified_newton=modified, sparse=sparse)
+    build: Callable[[Model], None] | None = None
+    if not isinstance(mechanism, str):
+        build = of_definition(mechanism) if isinstance(mechanism, _core.Multibody) else mechanism
+    run = simulate(mechanism if isinstance(mechanism, str) else "", settings, stop_time=steps * h, build=build)
+    last = body or next(key for key in reversed(run.history) if key.endswith(".angularVelocity[3]")).partition(".")[0]
     q = np.array([run.history[f"{last}.quaternion[{i}]"][-1] for i in (1, 2, 3, 4)])
     position = np.array([run.history[f"{last}.position[{i}]"][-1] for i in (1, 2, 3)])
     position += Rotation.from_quat(q, scalar_first=True).apply(point)

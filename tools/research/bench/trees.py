@@ -1,4 +1,4 @@
-"""Our trees of bodies on spherical and revolute joints in MuJoCo and Pinocchio, which know joint coordinates alone.
+"""Our trees of bodies on balls, hinges and slides in MuJoCo and Pinocchio, which know joint coordinates alone.
 
 All joint coordinates are zero at the start.
 """
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pinocchio
 
 REVOLUTE, SPHERICAL = _core.JointType.revolute, _core.JointType.spherical
+PRISMATIC = _core.JointType.prismatic
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Link:
     parent: int  # -1: the ground
     kind: _core.JointType | None  # None: free
     point: np.ndarray  # of the joint
-    axis: np.ndarray  # of a hinge
+    axis: np.ndarray  # of a hinge, along a slide
     position: np.ndarray  # of the center of mass, in W
     rotation: np.ndarray  # R_WB
     rates: np.ndarray  # of the joint's coordinates; of a free body velocity in W, then angular velocity
@@ -53,12 +54,17 @@ def links(definition: _core.Multibody) -> list[Link]:
         if joint is None:
             parent, kind, point, axis, rates = -1, None, np.zeros(3), np.zeros(3), v
         else:
-            if joint.body1 >= i or joint.type not in (REVOLUTE, SPHERICAL):
-                raise SigmafmuError(f"joint {joint.name} is not a spherical or revolute one from a body before")
+            if joint.body1 >= i or joint.type not in (REVOLUTE, SPHERICAL, PRISMATIC):
+                raise SigmafmuError(
+                    f"joint {joint.name} is not a spherical, revolute or prismatic one from a body before"
+                )
             parent, kind, point, axis = joint.body1, joint.type, joint.frame2.origin, joint.frame2.axes[:, 2]
             before = result[parent].rotation @ velocities[parent, 3:] if parent >= 0 else np.zeros(3)
             spin = v[3:] - R.T @ before
             rates = spin if kind == SPHERICAL else np.array([axis @ spin])
+            if kind == PRISMATIC:
+                carried = velocities[parent, :3] + np.cross(before, pose[:3] - result[parent].position)
+                rates = np.array([axis @ (R.T @ (v[:3] - (carried if parent >= 0 else 0.0)))])
         result.append(Link(body.name, body.mass, inertia, parent, kind, point, axis, pose[:3], R, rates))
     return result
 
@@ -86,8 +92,9 @@ def mujoco_tree(definition: _core.Multibody, tree: list[Link]) -> ElementTree.El
         elif link.kind == SPHERICAL:
             ElementTree.SubElement(body, "joint", name=link.name, type="ball", pos=text(link.point))
         else:
-            hinge = {"name": link.name, "type": "hinge", "pos": text(link.point), "axis": text(link.axis)}
-            ElementTree.SubElement(body, "joint", hinge)
+            kind = "hinge" if link.kind == REVOLUTE else "slide"
+            place = {"name": link.name, "type": kind, "pos": text(link.point), "axis": text(link.axis)}
+            ElementTree.SubElement(body, "joint", place)
         elements.append(body)
     return root
 
@@ -123,7 +130,11 @@ def pinocchio_model(definition: _core.Multibody) -> tuple[pinocchio.Model, np.nd
             joint = pin.JointModelFreeFlyer()
             rates.append(np.concatenate([link.rotation.T @ link.rates[:3], link.rates[3:]]))
         else:
-            joint = pin.JointModelSpherical() if link.kind == SPHERICAL else pin.JointModelRevoluteUnaligned(link.axis)
+            joint = {
+                SPHERICAL: lambda _: pin.JointModelSpherical(),
+                REVOLUTE: pin.JointModelRevoluteUnaligned,
+                PRISMATIC: pin.JointModelPrismaticUnaligned,
+            }[link.kind](link.axis)
             rates.append(link.rates)
         number = model.addJoint(link.parent + 1, joint, places[link.parent + 1].actInv(here), link.name)
         model.appendBodyToJoint(number, pin.Inertia(link.mass, -link.point, link.inertia), pin.SE3.Identity())

@@ -150,22 +150,33 @@ def _series(case: Case, method: Method, exact: np.ndarray, budget: float) -> lis
     return rows
 
 
-def time_to(series: list[dict[str, Any]], target: float) -> str:
-    """Milliseconds to an error: between two runs; with ≈ from the last one on by the order of the method, if its error
-    still falls like that; a dash where it does not."""
+def milliseconds_to(series: list[dict[str, Any]], target: float) -> tuple[str, float]:
+    """Time to an error, and how it was found.
+
+    "": between two runs; "≈": from the last one on by the order of the method, if its error still falls like that; "<":
+    the first run is better; NaN where errors do not fall.
+    """
+    if not series:
+        return "", np.nan
     if series[0]["error"] <= target:
-        return f"< {series[0]['ms']:.2g}"
+        return "< ", series[0]["ms"]
     for coarse, fine in pairwise(series):
         if fine["error"] <= target:
             part = np.log(coarse["error"] / target) / np.log(coarse["error"] / fine["error"])
-            return f"{coarse['ms'] * (fine['ms'] / coarse['ms']) ** part:.2g}"
+            return "", coarse["ms"] * (fine["ms"] / coarse["ms"]) ** part
     if len(series) < 2:
-        return "–"
+        return "", np.nan
     before, last = series[-2:]
     order = last["order"]
     if before["error"] / last["error"] < 2 ** (order - 0.5):
-        return "–"
-    return f"≈ {last['ms'] * (last['error'] / target) ** (1 / order):.2g}"
+        return "", np.nan
+    return "≈ ", last["ms"] * (last["error"] / target) ** (1 / order)
+
+
+def time_to(series: list[dict[str, Any]], target: float) -> str:
+    """Milliseconds to an error; a dash where errors do not fall."""
+    how, ms = milliseconds_to(series, target)
+    return "–" if np.isnan(ms) else f"{how}{ms:.2g}"
 
 
 def report(rows: list[dict[str, Any]], folder: Path) -> str:

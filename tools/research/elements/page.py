@@ -58,7 +58,8 @@ def _parts(tell: Callable[[str], None]) -> Iterator[str]:
         """Written by `python -m research elements`: each element in a small mechanism with the same numbers in Exudyn
         and in MuJoCo, where these have it. Compared is a point of the last body after 0.4 s: with their step h, with
         h/2, and extrapolated to h = 0, with our result by `rkmk4` at h/4. Exudyn runs Newmark's method of order 2,
-        MuJoCo its Runge-Kutta method of order 4."""
+        MuJoCo its Runge-Kutta method of order 4. [Which code for what](compare.md) is about whole codes and
+        mechanisms."""
     )
     yield _filled(f"{machine()}.")
     tell("robot arms beside Pinocchio and MuJoCo")

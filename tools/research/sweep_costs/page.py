@@ -5,23 +5,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 from research.bench import machine
+from research.page import check, put
 from research.sweep_costs import OUTPUT_SCALARS, SHORT, STEP_SIZE, STOP_TIME
 from research.sweep_costs.compare import Measured, compare
 from research.sweep_costs.endurance import CHUNK, Endurance, Stretch, endure, plain
 from research.sweep_costs.scaling import WORKERS, efficiency, overhead
-from sigmafmu import SigmafmuError
 from sigmafmu.markdown import markdown_table
 
-BEGIN, END = "<!-- measured: python -m research sweeps -->", "<!-- end of what was measured -->"
+COMMAND = "python -m research sweeps"
 RUN_TIMES = (0.1, 1.0)
 """Seconds of a run, beside the measured one, whose efficiency is simulated."""
 
 
 def write(page: Path, runs: int, tell: Callable[[str], None]) -> None:
     """Measure with so many runs, and put it into the page."""
-    text = page.read_text(encoding="utf-8")
-    if BEGIN not in text or END not in text:
-        raise SigmafmuError(f"{page} has no place for what is measured: {BEGIN} … {END}")
+    check(page, COMMAND)
     tell("beside FMPy")
     ways = compare(min(1000, runs), min(50, runs))
     tell(f"{runs // 5} runs on 1 and on 2 workers")
@@ -30,9 +28,7 @@ def write(page: Path, runs: int, tell: Callable[[str], None]) -> None:
     whole = endure(runs, 2)
     tell("what a chunk costs")
     scaling = _scaling(overhead(200), whole.before.cost("workers"))
-    told = "\n".join((BEGIN, "", _where(), _beside_fmpy(ways), _endurance(whole, alone, both), scaling, END))
-    text = page.read_text(encoding="utf-8")  # someone may have written meanwhile
-    page.write_text(text.partition(BEGIN)[0] + told + text.partition(END)[2], encoding="utf-8")
+    put(page, COMMAND, "\n".join((_where(), _beside_fmpy(ways), _endurance(whole, alone, both), scaling)))
 
 
 def _where() -> str:

@@ -54,7 +54,7 @@ def plan(
         if isinstance(key, tuple):
             blocks.append(_zipped(fmu, key, value))
         elif hasattr(value, "ppf"):
-            drawn |= {_one_real(fmu, key): value}  # type: ignore[dict-item]
+            drawn |= {one_real(fmu, key): value}  # type: ignore[dict-item]
         elif _varies(fmu, key, value):
             blocks.append(_column(fmu, key, list(value)))  # type: ignore[arg-type]
         else:
@@ -122,7 +122,8 @@ def _scalars(fmu: Fmu, name: str, value: Any) -> dict[str, Any]:
     return found
 
 
-def _one_real(fmu: Fmu, name: str) -> str:
+def one_real(fmu: Fmu, name: str) -> str:
+    """The name of a real scalar that can be set, of which samples can be drawn; SigmafmuError for others."""
     variables = choose_one(fmu, name)
     if len(variables) > 1 or variables[0].type != "Real":
         raise SigmafmuError(

@@ -46,8 +46,11 @@ _FAMILIES = {
 """By the letters that name them."""
 
 
-def distribution(text: str) -> Distribution:
-    """`N(mean,deviation)`, `U(low,high)`, `T(low,mode,high)` (triangle) or `LN(median,sigma)` (log-normal)."""
+def distribution(text: str, extra: str = "sweep") -> Distribution:
+    """`N(mean,deviation)`, `U(low,high)`, `T(low,mode,high)` (triangle) or `LN(median,sigma)` (log-normal).
+
+    `extra` is what brings SciPy to whoever asks. Raises SigmafmuError.
+    """
     match = re.fullmatch(r"\s*([A-Z]+)\(([^()]*)\)\s*", text)
     try:
         family = _FAMILIES[match[1]] if match else None
@@ -59,14 +62,18 @@ def distribution(text: str) -> Distribution:
         raise SigmafmuError(f"'{text}' is no distribution; write {known}")
     if not (np.isfinite(numbers).all() and family.valid(*numbers)):
         raise SigmafmuError(f"'{text}' has no spread, or its numbers are in the wrong order")
-    return family.make(extras.need("scipy.stats", "sweep"), *numbers)
+    return family.make(extras.need("scipy.stats", extra), *numbers)
 
 
 def sample(distributions: Mapping[str, Distribution], runs: int, sampling: str, seed: int) -> dict[str, np.ndarray]:
     """(runs,) samples of each; the same for the same seed, and names in the same order."""
     if runs < 1:
         raise SigmafmuError(f"the number of runs must be 1 or more, not {runs}")
-    shares = _shares(len(distributions), runs, sampling, seed)
+    return at(distributions, _shares(len(distributions), runs, sampling, seed))
+
+
+def at(distributions: Mapping[str, Distribution], shares: np.ndarray) -> dict[str, np.ndarray]:
+    """(runs,) values of each, below which the (runs, distributions) `shares` lie; raises SigmafmuError."""
     inside = np.clip(shares, np.finfo(float).eps, 1 - np.finfo(float).eps)  # a normal distribution has no end
     columns = {name: np.asarray(d.ppf(inside[:, i]), dtype=float) for i, (name, d) in enumerate(distributions.items())}
     if bad := next((name for name, column in columns.items() if not np.isfinite(column).all()), None):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from research.mechanisms.linkages import (
     BASE,
@@ -21,8 +22,7 @@ from research.mechanisms.linkages import (
     bricard,
     four_bar_corners,
 )
-
-from .helpers import GROUND, Rotation
+from research.mechanisms.parts import GROUND
 
 
 def reduced_motion(
