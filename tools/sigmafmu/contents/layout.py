@@ -99,6 +99,7 @@ class Layout:
             for entry in mechanism.get("stations", [])
         ]
         self.sensors = [self._sensor(entry) for entry in mechanism.get("sensors", [])]
+        self.stop_time = float(mechanism.get("experiment", {}).get("stop_time", 1.0))
         self.gravity = np.array(mechanism.get("gravity", (0, 0, 0)), dtype=float)
 
         span = float(np.linalg.norm(np.ptp(self.points, axis=0)))
