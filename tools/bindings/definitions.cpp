@@ -4,11 +4,13 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "elements.h"
 #include "fmi/variables.h"
@@ -17,6 +19,7 @@
 #include "model/mechanisms.h"
 #include "model/modal_file.h"
 #include "model/validation.h"
+#include "multibody/moving_frame.h"
 #include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
 
@@ -271,7 +274,27 @@ void bind_definitions(nb::module_& m) {
       .def_ro("position", &MotionDef::position)
       .def_ro("axes", &MotionDef::axes)
       .def_ro("input", &MotionDef::input)
-      .def_ro("tables", &MotionDef::tables);
+      .def_ro("tables", &MotionDef::tables)
+      .def(
+          "poses",
+          [](const MotionDef& d, const VectorXd& times, const Eigen::Matrix<double, Eigen::Dynamic, 6>& added) {
+            if (added.rows() != times.size()) throw std::invalid_argument("times and what is added differ in length.");
+            const MovingFrame frame(d, 0);
+            Inputs u(0, kPrescribedPerMotion, 0);
+            Eigen::MatrixXd positions(times.size(), 3), quaternions(times.size(), 4);
+            for (Eigen::Index i = 0; i < times.size(); ++i) {
+              u.time = times[i];
+              u.x = added.row(i);
+              const FrameKinematics k = frame.kinematics(u);
+              const Eigen::Quaterniond quat(k.R_WB);
+              positions.row(i) = k.p_WB;
+              quaternions.row(i) << quat.w(), quat.vec().transpose();
+            }
+            return std::make_pair(positions, quaternions);
+          },
+          "times"_a, "added"_a,
+          "Positions in W, n x 3 [m], and quaternions R_WB (w, x, y, z), n x 4, at n times [s]; displacements [m] and "
+          "rotation vectors [rad], n x 6, are added to the tables.");
   nb::enum_<CouplingDef::Type>(m, "CouplingType")
       .value("sum", CouplingDef::Type::sum)
       .value("gear", CouplingDef::Type::gear)

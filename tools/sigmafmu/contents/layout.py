@@ -1,26 +1,49 @@
 """Where the parts of a mechanism are at the start, read from its file `mechanism.json`; lengths in m, vectors in W."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .parts import Place
 
+if TYPE_CHECKING:
+    from sigmafmu import _core
+
 
 @dataclass
-class Body:
+class Frame:
+    """What moves as a whole, with its pose at the start: a body, or a frame of the ground."""
+
+    name: str
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+@dataclass
+class MovingFrame(Frame):
+    """A frame of the ground that moves as prescribed: by tables, or by inputs if it is `driven`."""
+
+    definition: _core.FrameMotion
+
+    @property
+    def driven(self) -> bool:
+        """Whether its displacement and its rotation vector are inputs of the FMU."""
+        return self.definition.input
+
+
+@dataclass
+class Body(Frame):
     """A body; `nodes` (n × 3) are those of a flexible one, `ends` where joints and forces attach to it.
 
     `modes` (n × 3 × f, in W) are displacements of its nodes, `shapes` what its file says to draw.
     """
 
-    name: str
-    position: np.ndarray
-    rotation: np.ndarray
     centre: np.ndarray
     mass: float
     inertia: np.ndarray
@@ -80,6 +103,8 @@ class Layout:
         for body in bodies:
             body.shapes = shapes.get(body.name, ())
         self.bodies = {body.name: body for body in bodies}
+        self.moving = [_moving_frame(entry) for entry in mechanism.get("motions", [])]
+        """Frames of the ground by their numbers, which are nodes of the ground."""
         self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
         self.forces, self.on_joints, self.followers = [], [], []
         for entry in mechanism.get("forces", []):
@@ -137,13 +162,19 @@ class Layout:
 
     def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray, Place]:
         """Name, type, point, axes, and what carries it."""
-        frame, body = entry.get("frame", {}), self.bodies.get(entry["body"])
+        frame = entry.get("frame", {})
         place, turn = np.array(frame.get("position", (0, 0, 0)), dtype=float), _rotation(frame.get("orientation", {}))
-        node = frame.get("node", -1)
-        if body is not None:
-            place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
-            turn = body.rotation @ turn
-        return entry["name"], entry["type"], place, turn, _place(body, node)
+        return entry["name"], entry["type"], *self._attached(entry["body"], frame.get("node", -1), place, turn)
+
+    def _attached(self, body: str, node: int, at: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, Place]:
+        """A point and axes on a body, one of its nodes or the ground: in W at the start, and what carries them."""
+        if found := self.bodies.get(body):
+            origin = found.position if node < 0 else found.nodes[node]
+            return found.rotation @ at + origin, found.rotation @ axes, _place(found, node)
+        if node < 0:
+            return at, axes, Place()
+        frame = self.moving[node]
+        return frame.rotation @ at + frame.position, frame.rotation @ axes, Place(frame.name)
 
     def _follower(self, entry: dict[str, Any]) -> Follower:
         """What acts on a single body: a force that turns with it, or drag."""
@@ -159,23 +190,36 @@ class Layout:
 
     def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
         bodies = [self.bodies.get(name) for name in entry["bodies"]]
-        points, axes = [], []
-        for body, (point, node), turn in zip(bodies, places, turns, strict=True):
-            place = np.array(point, dtype=float)
+        ends = [
+            self._attached(name, node, np.array(at, dtype=float), turn)
+            for name, (at, node), turn in zip(entry["bodies"], places, turns, strict=True)
+        ]
+        points, axes, carriers = map(list, zip(*ends, strict=True))
+        for body, point in zip(bodies, points, strict=True):
             if body is not None:
-                place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
-                body.ends.append(place)
-            points.append(place)
-            axes.append(turn if body is None else body.rotation @ turn)
+                body.ends.append(point)
         acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
         acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
-        carriers = [_place(body, node) for body, (_, node) in zip(bodies, places, strict=True)]
         return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, np.broadcast_to(acting, 3))
 
 
-def _place(body: Body | None, node: int) -> Place:
+def _place(body: Body, node: int) -> Place:
     """What carries a frame on a body or on one of its nodes."""
-    return Place() if body is None else Place(body.name, () if node < 0 else (node,))
+    return Place(body.name, () if node < 0 else (node,))
+
+
+def _moving_frame(entry: dict[str, Any]) -> MovingFrame:
+    from sigmafmu import _core  # not there when the FMUs are built, which have no such frame
+
+    definition = _core.FrameMotion(
+        entry["name"],
+        np.array(entry.get("position", (0, 0, 0)), dtype=float),
+        _rotation(entry.get("orientation", {})),
+        entry.get("input", False),
+        [_core.Table(**entry[key]) if key in entry else None for key in ("x", "y", "z", "rx", "ry", "rz")],
+    )
+    positions, quaternions = definition.poses(np.zeros(1), np.zeros((1, 6)))
+    return MovingFrame(entry["name"], positions[0], _rotation({"quaternion": quaternions[0]}), definition)
 
 
 def _body(entry: dict[str, Any], resources: Path) -> Body:

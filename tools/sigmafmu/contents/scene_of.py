@@ -72,6 +72,9 @@ class Scene:
                 solid = replace(solid, place=ends[0], other=ends[1], between=between)
             elif part.end != GROUND:
                 solid = replace(solid, place=ends[part.end])
+            elif isinstance(on, Link):  # the ground at this end: at rest, or one of its moving frames
+                on_ground = (place for place, body in zip(on.places, on.bodies, strict=True) if body is None)
+                solid = replace(solid, place=next(on_ground, Place()))
             self.solids.append(solid)
         if name:
             self.labels.append(Label(name, detail, np.asarray(point, dtype=float), group, ends[1], layer, **style))

@@ -121,10 +121,10 @@ async function start() {
       view.dirty = true;
       view.draw();
     },
-    // Pixels of the origin of a body's axes, as its mesh is drawn.
-    project(name) {
+    // Pixels of the origin of a body's axes, as its mesh is drawn; of a moving frame, as its feet are: layer "ground".
+    project(name, layer = "body") {
       const body = motion.bodies.findIndex((candidate) => candidate.name === name);
-      const { mesh } = view.items.items.find(({ layer, point }) => layer === "body" && point.body === body);
+      const { mesh } = view.items.items.find((item) => item.layer === layer && item.point.body === body);
       return view.project(new Vector3().setFromMatrixPosition(mesh.matrixWorld));
     },
   };
