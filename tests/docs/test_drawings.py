@@ -193,12 +193,13 @@ def test_what_rounding_leaves_of_a_rate_is_no_spin(rate, told):
 
 def test_drawing_is_quick(picture):
     mechanism, _ = picture("chain")
-    times = []
-    for _ in range(3):
+
+    def takes() -> float:
         start = time.process_time()  # other tests run meanwhile
         draw.draw_figure(mechanism, HERE)
-        times.append(time.process_time() - start)
-    assert min(times) < 3.0
+        return time.process_time() - start
+
+    assert any(takes() < 3.0 for _ in range(3))
 
 
 def test_a_large_mechanism_has_no_names():
