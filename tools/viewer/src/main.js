@@ -3,6 +3,7 @@ import { Vector3 } from "three";
 import { bar } from "./bar.js";
 import { button, make } from "./elements.js";
 import { HELP, keys } from "./keys.js";
+import { follow } from "./live.js";
 import { Motion } from "./motion.js";
 import { unpack } from "./packed.js";
 import { Player } from "./player.js";
@@ -85,7 +86,8 @@ async function start() {
   };
   requestAnimationFrame(loop);
   view.draw();
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
+  if (content.live) follow(motion, player);
+  else if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
 
   // For tests and for pages around this one.
   window.sigmafmu = {
