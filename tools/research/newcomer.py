@@ -22,7 +22,7 @@ DOWNLOADS = (
     "downloads/bin/python sigmafmu/tools/requirements.py",
     "downloads/bin/python -m pip download -q -d packages -r requirements.txt",
 )
-"""Before `make demo`, so that it finds in pip's cache what it would have to download."""
+"""Before `make demo`, which then takes packages from that folder: pip prefers it to the index."""
 COMMANDS = (
     "make demo",
     "sigmafmu init Pendulum",
@@ -62,7 +62,10 @@ def measure(tell: Callable[[str], None]) -> list[tuple[str, float, float]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "home").mkdir()
-        environment = {k: v for k, v in os.environ.items() if not OURS.fullmatch(k)} | {"HOME": str(folder / "home")}
+        (folder / "packages").mkdir()
+        environment = {k: v for k, v in os.environ.items() if not OURS.fullmatch(k)}
+        links = " ".join([str(folder / "packages"), environment.get("PIP_FIND_LINKS", "")])
+        environment |= {"HOME": str(folder / "home"), "PIP_FIND_LINKS": links.strip()}
 
         def time_of(what: str, *commands: str, place: Path) -> None:
             tell(what)
