@@ -117,7 +117,7 @@ def _where() -> str:
     versions = f"Python {platform.python_version()}, g++ {compiler}, Chromium {numbers[0]}"
     return f"""\
 Measured in an empty folder with an empty home, on {cpu}, {cores} cores, with a mean load of
-{load:.0f} at the end; {versions}. Elapsed time depends on the network and
+{load:.0f} over the last 15 minutes; {versions}. Elapsed time depends on the network and
 on what else runs; processor time is that of all cores together.
 """
 
