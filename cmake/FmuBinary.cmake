@@ -20,9 +20,10 @@ function(sigmafmu_optimize_start_little folder)
     return()
   endif()
   foreach(file model/eigenvalues.cpp model/json.cpp model/modal_constants.cpp model/modal_file.cpp model/validate_modal.cpp
-               solve/order.cpp solve/start/assembly.cpp solve/start/contradiction.cpp solve/start/dependent_equations.cpp
-               solve/start/determined_motion.cpp solve/start/held_projection.cpp solve/start/held_refusal.cpp
-               solve/start/least_squares.cpp solve/start/row_space.cpp
+               solve/order.cpp solve/start/assembly.cpp solve/start/contradiction.cpp solve/start/dependence_texts.cpp
+               solve/start/dependent_equations.cpp solve/start/determined_motion.cpp solve/start/held_projection.cpp
+               solve/start/held_refusal.cpp solve/start/least_squares.cpp solve/start/row_space.cpp
+               solve/start/scaled_equations.cpp
                fmi/variables.cpp)
     set_property(SOURCE ${folder}${file} PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
   endforeach()

@@ -94,6 +94,16 @@ SIGMAFMU_EXPORT char* sigmafmu_mobility(const char* mechanism_json, const char* 
   });
 }
 
+// Poses of a frame that moves as prescribed (start.h), by its index; times and what is added are lists.
+SIGMAFMU_EXPORT char* sigmafmu_poses(const char* mechanism_json, const char* motion, const char* times,
+                                     const char* added) noexcept {
+  return told([&] {
+    return poses(from_json(mechanism_json), nlohmann::json::parse(motion).get<int>(),
+                 nlohmann::json::parse(times).get<std::vector<double>>(),
+                 nlohmann::json::parse(added).get<std::vector<double>>());
+  });
+}
+
 // Its degrees of freedom and masses (start.h).
 SIGMAFMU_EXPORT char* sigmafmu_freedom(const char* mechanism_json, const char* resources) noexcept {
   return told([&] { return freedom_and_masses(read(mechanism_json, resources)); });

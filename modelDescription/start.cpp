@@ -7,6 +7,7 @@
 
 #include "fmi/set_parameter.h"
 #include "multibody/dense_blocks.h"
+#include "multibody/moving_frame.h"
 #include "solve/index1.h"
 #include "solve/start/assembly.h"
 #include "solve/start/dependent_equations.h"
@@ -120,6 +121,25 @@ std::string mobility(const Mechanism& mechanism, const std::vector<int>& coordin
                     system.coordinate_acceleration(posed.e, c, at_rest));
   }
   return Json({{"mobility", found}}).dump();
+}
+
+std::string poses(const Mechanism& mechanism, int motion, const std::vector<double>& times,
+                  const std::vector<double>& added) {
+  const std::vector<MotionDef>& motions = mechanism.multibody.motions;
+  if (motion < 0 || motion >= static_cast<int>(motions.size())) throw std::invalid_argument("there is no such motion");
+  if (added.size() != kPrescribedPerMotion * times.size()) throw std::invalid_argument("what is added has another size");
+  const MovingFrame frame(motions[motion], 0);
+  Inputs u(0, kPrescribedPerMotion, 0);
+  Json positions = Json::array(), quaternions = Json::array();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    u.time = times[i];
+    u.x = Eigen::Map<const Eigen::Matrix<double, kPrescribedPerMotion, 1>>(added.data() + i * kPrescribedPerMotion);
+    const FrameKinematics k = frame.kinematics(u);
+    const Quaterniond quaternion(k.R_WB);
+    positions.push_back(numbers(k.p_WB));
+    quaternions.push_back({quaternion.w(), quaternion.x(), quaternion.y(), quaternion.z()});
+  }
+  return Json({{"positions", positions}, {"quaternions", quaternions}}).dump();
 }
 
 std::string freedom_and_masses(const Mechanism& mechanism) {

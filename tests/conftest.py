@@ -4,12 +4,17 @@ The FMUs are those of the installed package, or of the directory that $SIGMAFMU_
 `model` runs once for each of them.
 """
 
+import os
 import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+# Before NumPy is there: tests run in as many processes as there are cores, and threads of BLAS in each of them would
+# wait for each other, for most of the time of what takes eigenvalues.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sigmafmu
 from sigmafmu.fmu import Fmu

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import sigmafmu
-from sigmafmu.modes import fixed_modes, write
-from sigmafmu.modes.fe_data import fe_data
+from sigmafmu.modes import fe_from_matrices, fixed_modes, write
 
 # Nodes (n, 3), stiffness and mass (3n, 3n) of the free body come from your FE program (sigmafmu.modes.read_fe reads its
 # files). Here a lattice of bars stands for it: 1 m long, 20 mm thick, the near nodes of a grid tied by springs.
@@ -21,7 +20,7 @@ for i, j in cKDTree(X).query_pairs(0.036):
 M = np.eye(3 * len(X)) * 1.0 / len(X)  # 1 kg in all
 
 # The four nodes at the hinge are held in the body's frame; four modes bend the rest.
-body = fixed_modes(fe_data(K, M, X), [[0, 1, 2, 3]], modes=4)
+body = fixed_modes(fe_from_matrices(K, M, X), [[0, 1, 2, 3]], modes=4)
 write(body, "bar.json")
 print("frequencies [Hz]:", np.sqrt(np.diag(body.K) / np.diag(body.modal_mass)) / (2 * np.pi))
 

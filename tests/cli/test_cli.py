@@ -1,39 +1,19 @@
 """The command line: what each command prints and writes, and that every mistake gets one clear line."""
 
 import csv
-import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 import sigmafmu
 from sigmafmu.cli import app
 from sigmafmu.model import Model
 
+from ..command_line import fail, succeed
+
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 SHORT = "run HeavyTop --stop-time 0.02 --step-size 0.001"
-
-
-def sigma(command: str) -> Result:
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
-
-
-def succeed(command: str) -> str:
-    result = sigma(command)
-    assert result.exit_code == 0, result.output
-    return result.stdout
-
-
-def fail(command: str) -> str:
-    """The single line that tells what is wrong."""
-    result = sigma(command)
-    assert result.exit_code == 1, result.output
-    lines = [line for line in result.stderr.splitlines() if line.startswith("Error: ")]
-    assert len(lines) == 1, result.output
-    assert "Traceback" not in result.output
-    return lines[0]
 
 
 def read_csv(path: Path) -> tuple[list[str], np.ndarray]:

@@ -1,35 +1,21 @@
 """The commands `linearize` and `trim`: what they print and write, and that every mistake gets one clear line."""
 
 import json
-import shlex
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import sigmafmu
 from sigmafmu import _core
-from sigmafmu.cli import app
 from sigmafmu.model import Model
 
-
-def sigma(command):
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
+from ..command_line import fail, run
 
 
 def succeed(command):
-    result = sigma(command)
+    result = run(command)
     assert result.exit_code == 0, result.output
     return result
-
-
-def fail(command):
-    """The single line that tells what is wrong."""
-    result = sigma(command)
-    assert result.exit_code == 1, result.output
-    lines = [line for line in result.stderr.splitlines() if line.startswith("Error: ")]
-    assert len(lines) == 1, result.output
-    return lines[0]
 
 
 def test_linearize_prints_the_point_and_poles_and_writes_matrices(tmp_path):

@@ -26,6 +26,13 @@ def deviations(linear, centre, neighbour):
     (q0, v0), (q, v), all_ = centre, neighbour, linear.coordinates
     angles = all_.turned(q0, linear.point.turned)
     values = all_.values(q, angles) - all_.values(q0, angles)
+    before, now = (rotation_of(x.reshape(-1, 7)) for x in (q0, q))  # of all bodies
+    back = before.inv()
+    vectors = {
+        "rotationW": (now * back).as_rotvec(),
+        "rotationB": (back * now).as_rotvec(),
+        "displacementB": back.apply((q - q0).reshape(-1, 7)[:, :3]),
+    }
     positions = []
     for i, coordinate in zip(linear.selection.indices, linear.chosen, strict=True):
         if coordinate.integral:
@@ -33,13 +40,7 @@ def deviations(linear, centre, neighbour):
             continue
         owner, _, kind = coordinate.name.rpartition(".")
         body, axis = int(owner.removeprefix("body")), int(kind[-2]) - 1
-        one, other = (rotation_of(x[7 * body : 7 * body + 7]) for x in (q0, q))
-        vectors = {
-            "rotationW": (other * one.inv()).as_rotvec(),
-            "rotationB": (one.inv() * other).as_rotvec(),
-            "displacementB": one.inv().apply(q[7 * body : 7 * body + 3] - q0[7 * body : 7 * body + 3]),
-        }
-        positions.append(vectors[kind[:-3]][axis])
+        positions.append(vectors[kind[:-3]][body, axis])
     rates = (all_.rates(q, v) - all_.rates(q0, v0))[linear.selection.indices]
     return np.concatenate([positions, rates])
 

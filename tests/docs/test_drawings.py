@@ -181,14 +181,25 @@ def test_a_disk_has_the_inertia_of_its_body():
     assert np.ptp(faces[..., 1]) < 0.05
 
 
+@pytest.mark.parametrize(("rate", "told"), [(5.0, "2 kg, 5 rad/s"), (0.02, "2 kg, 0.02 rad/s"), (1.75e-29, "2 kg")])
+def test_what_rounding_leaves_of_a_rate_is_no_spin(rate, told):
+    mechanism = drawn.wheel()
+    mechanism["bodies"][0]["angular_velocity"] = [0.0, 0.0, rate]
+    scene = scene_of.scene_of(mechanism, HERE)
+    assert scene.labels[0].detail == told
+    arrows = [solid for solid in scene.solids if solid.layer == "body" and solid.color == scene_of.RED]
+    assert len(arrows) == ("rad/s" in told)
+
+
 def test_drawing_is_quick(picture):
     mechanism, _ = picture("chain")
-    times = []
-    for _ in range(3):
+
+    def takes() -> float:
         start = time.process_time()  # other tests run meanwhile
         draw.draw_figure(mechanism, HERE)
-        times.append(time.process_time() - start)
-    assert min(times) < 3.0
+        return time.process_time() - start
+
+    assert any(takes() < 3.0 for _ in range(3))
 
 
 def test_a_large_mechanism_has_no_names():

@@ -36,6 +36,7 @@ NOT_RUN = {
     "python -m sigmafmu.mechanism_file": "writes what tests/mechanism_file compares",
     "python -m research view": "takes pictures for minutes; tests/view has its parts",
     "python -m research sweeps": "takes minutes",
+    "sigmafmu realtime HeavyTop --view": "waits for a browser; tests/view/test_live.py has one",
     "sigmafmu view models/library/": "names files of the sources; test_site.py compares the page with them",
     "python -m research gym": "measures for half a minute; tests/gym has its parts",
     "python -m research compare": "measures for minutes",

@@ -127,6 +127,22 @@ def test_sources_are_complete(built):
     assert "project(HeavyTop " in texts["sources/CMakeLists.txt"]
 
 
+def test_descriptions_end_where_the_file_says_no_more(tmp_path):
+    """What has no description of its own adds nothing behind what a variable is."""
+    mechanism = mechanism_of("FlexiblePendulum")
+    mechanism["loads"] = [{"name": "pull", "body": "beam", "force": [1.0, 0.0, 0.0]}]
+    mechanism["sensors"] = [{"name": "probe", "type": "motion", "body": "beam"}]
+    del mechanism["stations"][0]["description"]
+    fmu = Fmu(sigmafmu.build_fmu(mechanism, tmp_path / "x.fmu", resources=RESOURCES / "FlexiblePendulum"))
+    told = {name: variable.description for name, variable in fmu.variables.items()}
+    station, other = (entry["name"] for entry in mechanism["stations"][:2])
+    assert told["pull.force[1]"] == "Constant force at the centre of mass, in W"
+    assert told[f"{station}.position[1]"] == "Position in W"
+    assert told["probe.position[1]"] == "Position seen from the reference, in the reference frame's axes"
+    assert told[f"{other}.position[1]"].startswith("Position in W: ")
+    assert [name for name, text in told.items() if not text[-1].isalnum() and text[-1] != ")"] == []
+
+
 def test_documentation_is_about_this_mechanism(tmp_path):
     """A file called like a mechanism of ours does not get its words, reference and accuracy."""
     source = tmp_path / "my top & more.yaml"

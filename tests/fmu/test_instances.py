@@ -180,7 +180,7 @@ memory = pytest.mark.skipif(
 
 
 @memory
-def test_ten_thousand_instances_leave_no_memory_behind(new, fmu, model):
+def test_two_thousand_instances_leave_no_memory_behind(new, fmu, model):
     opened: Fmu = fmu(model)
     slave = new(model).slave
     location = (opened.directory / "resources").as_uri().encode()
@@ -194,7 +194,7 @@ def test_ten_thousand_instances_leave_no_memory_behind(new, fmu, model):
         slave.fmi2DoStep(component, 0.0, 1e-4, 1)
         slave.fmi2FreeInstance(component)
 
-    assert_no_leak(live_and_die, 10_000)
+    assert_no_leak(live_and_die, 2000)  # a block of one byte that stays each time is noticed
 
 
 @memory

@@ -1,17 +1,9 @@
 """The command `sigmafmu convert`."""
 
-import shlex
-
 import pytest
-from typer.testing import CliRunner
 
-from sigmafmu.cli import app
-
+from ..command_line import run
 from .test_urdf import ARM, joint, link, robot
-
-
-def run(command: str):
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
 
 
 @pytest.fixture(autouse=True)

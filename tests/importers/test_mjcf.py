@@ -106,6 +106,44 @@ def test_tendons_between_two_sites_are_line_springs(tmp_path):
     assert content["forces"]["rope"]["free_length"] == 0.3
 
 
+FIXED = (
+    '<tendon><fixed name="cable" stiffness="40" damping="2" {more}>'
+    '<joint joint="one" coef="0.3"/><joint joint="{two}" coef="-0.5"/></fixed></tendon>'
+)
+
+
+@pytest.mark.parametrize(
+    ("inside", "two"),
+    [
+        (body("b", hinge("two", "1 0 0")), "two"),
+        (body("b", slide("x", "1 0 0") + slide("z", "0 0 1") + hinge("turn", "0 1 0")), "z"),  # one planar joint
+    ],
+    ids=["hinges", "a plane"],
+)
+@pytest.mark.parametrize("more", ['springlength="0.2"', ""])
+def test_springs_over_coordinates_are_tendons(tmp_path, inside, two, more):
+    """Without a length of its own the spring has no force where its joints are at their references."""
+    text = model(
+        body("a", hinge("one", "0 1 0", 'ref="0.2" springref="0.4"') + inside), FIXED.format(more=more, two=two)
+    )
+    path = tmp_path / "some.xml"
+    path.write_text(text, encoding="utf-8")
+    assert with_mujoco.compare(path, "", states=3).error < 1e-10
+    content, made, _ = converted(tmp_path, text)
+    assert content["tendons"]["cable"]["coefficients"] == [0.3, -0.5]
+    assert content["tendons"]["cable"]["free_length"] == pytest.approx(0.2 if more else 0.3 * 0.4)
+    assert not any(text.startswith("cable") for text in made.told)
+
+
+def test_a_tendon_that_is_slack_between_two_lengths_is_told(tmp_path):
+    text = model(
+        body("a", hinge("one") + body("b", hinge("two"))), FIXED.format(more='springlength="0 0.2"', two="two")
+    )
+    content, made, _ = converted(tmp_path, text)
+    assert "tendons" not in content
+    assert told(made, "cable") == "cable: stiffness and damping of a tendon"
+
+
 BARS = (
     '<body name="a"><joint name="one" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.4"/>'
     '<body name="b" pos="0 0 0.4"><joint name="two" axis="0 1 0"/>'

@@ -2,31 +2,19 @@
 
 import csv
 import re
-import shlex
 import shutil
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from sigmafmu import fmu_path
-from sigmafmu.cli import app
 
+from ..command_line import run, succeed
 from .helpers import LIBRARY
-
-
-def sigmafmu(command: str) -> Result:
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
-
-
-def succeed(command: str) -> str:
-    result = sigmafmu(command)
-    assert result.exit_code == 0, result.output
-    return result.stdout
 
 
 def fail(command: str) -> list[str]:
     """The lines of the error."""
-    result = sigmafmu(command)
+    result = run(command)
     assert result.exit_code == 1, result.output
     assert result.stdout == ""
     return result.stderr.splitlines()

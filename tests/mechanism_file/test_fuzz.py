@@ -1,6 +1,7 @@
 """Whatever a file holds, the loader returns a mechanism or raises its own error."""
 
 import json
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,8 @@ from sigmafmu.mechanism_file.table.mechanism import MECHANISM
 from .helpers import LIBRARY
 
 TEXTS = {name: (LIBRARY / f"{name}.yaml").read_text(encoding="utf-8") for name in ("SliderCrank", "HighSpeedRotor")}
+
+CONTENTS = {name: yaml.safe_load(text) for name, text in TEXTS.items()}
 
 
 def fuzz(examples, **strategies):
@@ -109,7 +112,7 @@ def test_any_values_of_its_keys(content):
 
 @fuzz(400, model=st.sampled_from(sorted(TEXTS)), path=paths, value=values)
 def test_a_good_file_with_something_else_in_it(model, path, value):
-    load_or_refuse(yaml.safe_dump(changed(yaml.safe_load(TEXTS[model]), path, value), allow_unicode=True))
+    load_or_refuse(yaml.safe_dump(changed(deepcopy(CONTENTS[model]), path, value), allow_unicode=True))
 
 
 @fuzz(300, model=st.sampled_from(sorted(TEXTS)), at=st.floats(0, 1), cut=st.integers(0, 30), piece=st.text(max_size=6))

@@ -1,6 +1,5 @@
 """`sigmafmu modes`: what it prints and writes, and one line for every mistake."""
 
-import shlex
 import subprocess
 import sys
 
@@ -8,33 +7,14 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from typer.testing import CliRunner, Result
 
-from sigmafmu.cli import app
 from sigmafmu.modes import beam, cli, data, read, reduction, shapes
 
+from ..command_line import fail, succeed
 from .hexahedra import block
 
 BEAM = "modes beam --length 1 --rectangle 0.02,0.03"
 SINE = "modes shapes sine --length 0.3 --mass 0.5 --stiffness 4,6 --half-size 0.02,0.02"
-
-
-def sigma(command: str) -> Result:
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
-
-
-def succeed(command: str) -> str:
-    result = sigma(command)
-    assert result.exit_code == 0, result.output
-    return result.stdout
-
-
-def fail(command: str) -> str:
-    result = sigma(command)
-    assert result.exit_code == 1, result.output
-    lines = [line for line in result.stderr.splitlines() if line.startswith("Error: ")]
-    assert len(lines) == 1, result.output
-    return lines[0]
 
 
 @pytest.fixture(scope="session")

@@ -10,10 +10,10 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
+import sigmafmu.modes as package
 from sigmafmu import SigmafmuError
-from sigmafmu.modes import checks, craig_bampton, fixed_modes, free_modes, read_fe
+from sigmafmu.modes import FeData, checks, craig_bampton, fe_from_matrices, fixed_modes, free_modes, read_fe
 from sigmafmu.modes.data import rigid_motions
-from sigmafmu.modes.fe_data import FeData, fe_data
 
 from .hexahedra import block
 
@@ -28,7 +28,12 @@ def matrices():
 
 @pytest.fixture(scope="session")
 def body(matrices) -> FeData:
-    return fe_data(*matrices)
+    return fe_from_matrices(*matrices)
+
+
+def test_names_of_the_package_are_there_and_documented():
+    """They are looked up when they are used: a wrong one would be noticed late."""
+    assert [name for name in package.__all__ if not getattr(package, name).__doc__] == []
 
 
 def dofs(nodes) -> np.ndarray:
@@ -70,7 +75,7 @@ def test_fixed_modes_are_those_of_the_full_problem(body, matrices):
 def test_dense_and_sparse_solvers_agree(matrices, monkeypatch, size):
     monkeypatch.setattr("sigmafmu.modes.eigen.DENSE", size)
     monkeypatch.setattr(checks, "DENSE", size)
-    data = free_modes(fe_data(*matrices), 8)
+    data = free_modes(fe_from_matrices(*matrices), 8)
     np.testing.assert_allclose(data.frequencies, full_frequencies(matrices)[:8], rtol=1e-8)
 
 
@@ -79,7 +84,7 @@ def test_nodes_without_mass_do_no_harm(matrices):
     K, M, X = matrices
     lumped = M.sum(axis=0)
     lumped[dofs(range(4, 99, 9))] = 0.0
-    data = free_modes(fe_data(K, sp.diags_array(lumped), X), 4)
+    data = free_modes(fe_from_matrices(K, sp.diags_array(lumped), X), 4)
     heavy = lumped > 0
     condensed = spl.splu(sp.csc_array(K[~heavy][:, ~heavy])).solve(K[~heavy][:, heavy].toarray())
     reduced = K[heavy][:, heavy].toarray() - K[heavy][:, ~heavy] @ condensed
@@ -233,7 +238,7 @@ X_OF_BLOCK = np.array([(x, y, z) for x in range(11) for y in range(3) for z in r
 )
 def test_bad_data(matrices, change, message):
     with pytest.raises(SigmafmuError) as error:
-        fe_data(*change(*matrices))
+        fe_from_matrices(*change(*matrices))
     assert str(error.value).startswith(message)
 
 
@@ -243,7 +248,7 @@ def test_masses_of_other_nodes():
     X = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     M[0, 0] = 0.82  # column sums −0.08, 0.1, 0.001
     with pytest.raises(SigmafmuError, match=r"^M: the centre of mass has x = 4\.\d+ m, outside the nodes' 0 to 1 m"):
-        fe_data(np.zeros((9, 9)), np.kron(M, np.eye(3)), X)
+        fe_from_matrices(np.zeros((9, 9)), np.kron(M, np.eye(3)), X)
 
 
 def test_large_indefinite_matrix_is_found(monkeypatch):

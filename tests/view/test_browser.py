@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image, ImageFilter
+from scipy.interpolate import CubicSpline
 
 import sigmafmu
 from research.browser import Browser, MissingError
@@ -74,6 +75,27 @@ def thrown(tmp_path_factory, page):
     return page(str(file))
 
 
+SHAKEN = """
+sigmafmu: 1
+name: Shaken
+gravity: [0, 0, -9.81]
+bodies:
+  bob: { mass: 1, inertia: [0.01, 0.01, 0.01] }
+joints:
+  pin: { type: spherical, bodies: [ground, bob], frame1: { motion: shaker }, frame2: { position: [0, 0, 0.5] } }
+motions:
+  shaker: { position: [0.2, 0, 0], x: [[0, 0], [0.2, 0.1], [0.5, -0.1], [1, 0.2]] }
+experiment: { stop_time: 1, step_size: 0.01 }
+"""
+
+
+@pytest.fixture(scope="module")
+def shaken(tmp_path_factory, page):
+    file = tmp_path_factory.mktemp("shaken") / "Shaken.yaml"
+    file.write_text(SHAKEN, encoding="utf-8")
+    return page(str(file))
+
+
 def requests(browser: Browser) -> list[str]:
     """Addresses that the page asked for."""
     events = [json.loads(message)["message"] for message in browser.log("performance")]
@@ -116,6 +138,21 @@ def test_body_is_drawn_where_it_is(browser, thrown, t):
         assert len(rows) > 20
         seen = np.array([columns.min() + columns.max() + 1, rows.min() + rows.max() + 1]) / 2
         assert np.linalg.norm(seen - browser.pixel(point)) < 2
+
+
+@pytest.mark.parametrize("t", [0.0, 0.2, 0.734])
+def test_a_moving_frame_is_drawn_where_it_is(browser, shaken, t):
+    """The feet of the pin go with the shaker, whose table SciPy's natural spline interpolates as well."""
+    browser.open(shaken)
+    browser.run(f"sigmafmu.seek({t})")
+    moved = CubicSpline([0, 0.2, 0.5, 1], [0, 0.1, -0.1, 0.2], bc_type="natural")(t)
+    drawn = browser.run("return sigmafmu.project('shaker', 'ground')")
+    left, top = browser.run(
+        "const r = document.querySelector('canvas').getBoundingClientRect(); return [r.left, r.top]"
+    )
+    expected = browser.pixel(np.array([0.2 + moved, 0, 0]))
+    assert np.linalg.norm(expected - (drawn["x"] - left, drawn["y"] - top)) < 0.2
+    assert t == 0 or np.linalg.norm(expected - browser.pixel(np.array([0.2, 0, 0]))) > 10
 
 
 def test_keys_control_the_player(browser, thrown):

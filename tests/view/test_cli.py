@@ -2,19 +2,18 @@
 
 import json
 import re
-import shlex
 import webbrowser
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import sigmafmu
 from research.view import chain
-from sigmafmu.cli import app
 from sigmafmu.contents.scene_of import BODIES, RED
 from sigmafmu.view import page as pages
+
+from ..command_line import run, succeed
 
 LIBRARY = Path(__file__).resolve().parents[2] / "models" / "library"
 MOST = 3e6
@@ -30,16 +29,6 @@ def here(tmp_path, monkeypatch):
 def viewer():
     if not Path(pages.__file__).with_name(pages.VIEWER).is_file():
         pytest.skip("the package was built without npm, so it has no viewer")
-
-
-def run(command: str):
-    return CliRunner().invoke(app, shlex.split(command), catch_exceptions=False)
-
-
-def succeed(command: str) -> str:
-    result = run(command)
-    assert result.exit_code == 0, result.output
-    return result.stdout
 
 
 def fail(command: str) -> str:

@@ -90,6 +90,26 @@ def test_tracks_are_those_of_the_result(written):
     assert np.abs(weights.reshape(len(rows), -1) - result["rod.modal"][rows]).max() < 1e-6
 
 
+def test_moving_frames_have_tracks(written, tmp_path):
+    """A crate swings on a hook that rises."""
+    path = tmp_path / "Hook.yaml"
+    path.write_text(
+        "sigmafmu: 1\nname: Hook\nbodies:\n  crate: {mass: 1, inertia: [1, 1, 1]}\njoints:\n"
+        "  ring: {type: spherical, bodies: [ground, crate], frame1: {motion: hook}, frame2: {position: [0, 0, -0.5]}}\n"
+        "motions:\n  hook: {position: [0, 1, 0], z: [[0, 0], [1, 2]]}\n",
+        encoding="utf-8",
+    )
+    content, binary = chunks(written(str(path))[0])
+    animation = content["animations"][0]
+    names = [content["nodes"][channel["target"]["node"]]["name"] for channel in animation["channels"]]
+    assert "hook, ground" in names
+    for name, channel in zip(names, animation["channels"], strict=True):
+        if name == "hook, ground":
+            sampler = animation["samplers"][channel["sampler"]]
+            time, position = (array(content, binary, sampler[end]) for end in ("input", "output"))
+            np.testing.assert_allclose(position, np.array([0, 1, 0]) + 2 * time * [0, 0, 1], atol=1e-6)
+
+
 def test_up_is_up():
     """The z axis of W is the y axis of glTF."""
     R = rotations.matrix(np.roll(Z_UP, 1))

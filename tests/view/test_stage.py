@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import sigmafmu
 from sigmafmu.contents import solids
@@ -92,6 +93,83 @@ def test_stations_are_where_the_result_says(seen):
     model = sigmafmu.load("FlexibleSliderCrank")
     positions = model.run(0.5, outputs=["middle.position"])["middle.position"][rows]
     assert np.abs(traces["middle"].path(motion) - positions).max() < 1e-9
+
+
+SHIP = """
+sigmafmu: 1
+name: Ship
+gravity: [0, 0, -9.81]
+bodies:
+  crane: { mass: 2, inertia: [0.1, 0.1, 0.1] }
+joints:
+  slew:
+    type: revolute
+    bodies: [ground, crane]
+    frame1: { motion: deck, position: [0, 0.5, 0] }
+    frame2: { position: [-0.5, 0, -0.5] }
+forces:
+  stay:
+    type: line_spring
+    bodies: [ground, crane]
+    frame1: { motion: deck, position: [-1, 0.5, 0] }
+    frame2: { position: [0, 0, 0.2] }
+    stiffness: 100
+motions:
+  deck: { position: [0.5, 0, 1], orientation: { rpy: [0, 0, 90 deg] }, MOTION }
+experiment: { stop_time: 0.6, step_size: 0.01 }
+"""
+TIMES, HEAVE, ROLL = [0, 0.2, 0.4, 0.6], [0.1, 0.3, -0.1, 0.2], [0.0, 0.4, -0.2, 0.3]
+
+
+def ship(folder, motion):
+    path = folder / "Ship.yaml"
+    path.write_text(SHIP.replace("MOTION", motion), encoding="utf-8")
+    model = model_of(str(path))
+    return model, scene_of_fmu(model.fmu)
+
+
+def rolled(angle):
+    """The deck's axes: turned by 90° about z, then about their own x."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def assert_on_deck(stage, motion, heave, roll):
+    """What belongs to the deck: feet of the joint, and the end of the spring."""
+    ends = {(item.layer, item.carrier.to is not None): item for item in stage.items if item.carrier.point.body == 1}
+    assert {("ground", False), ("force", True)} <= set(ends)
+    feet, spring = ends["ground", False], ends["force", True]
+    at_start = feet.mesh.positions.mean(axis=0)
+    for i in range(0, len(motion.time), 7):
+        place, R = np.array([0.5, 0, 1 + heave(motion.time[i])]), rolled(roll(motion.time[i]))
+        found = placed(feet, motion, i).mean(axis=0)
+        np.testing.assert_allclose(found, place + R @ at_start, atol=1e-6)
+        np.testing.assert_allclose(spring.carrier.point.path(motion)[i], place + R @ [-1, 0.5, 0], atol=1e-9)
+
+
+def table(values):
+    return f"[{', '.join(f'[{t}, {x}]' for t, x in zip(TIMES, values, strict=True))}]"
+
+
+def test_what_is_on_a_moving_frame_moves_with_it(tmp_path):
+    model, scene = ship(tmp_path, f"z: {table(HEAVE)}, rx: {table(ROLL)}")
+    splines = [CubicSpline(TIMES, values, bc_type="natural") for values in (HEAVE, ROLL)]
+    # in the picture of the start, too
+    (slew,) = scene.layout.joints
+    np.testing.assert_allclose(slew.points[0], [0, 0, 1.1], atol=1e-12)
+    result = model.run(outputs=to_record(model, scene))
+    assert_on_deck(stage_of(scene, result.__contains__), motion_of(result, scene.layout, ()), *splines)
+
+
+def test_a_frame_that_inputs_move(tmp_path):
+    model, scene = ship(tmp_path, "input: true")
+    heave, roll = (lambda t: 0.5 * t), (lambda t: 0.7 * t)  # between communication points inputs are straight lines
+    inputs = {"deck.displacement[3]": heave, "deck.rotation[1]": roll}
+    result = model.run(inputs=inputs, outputs=to_record(model, scene))
+    assert_on_deck(stage_of(scene, result.__contains__), motion_of(result, scene.layout, ()), heave, roll)
+    without = model.run(0.1, inputs=inputs, outputs=["crane.*"])
+    still = motion_of(without, scene.layout, ()).bodies["deck"]
+    assert (still.position == [0.5, 0, 1]).all(), "inputs that were not recorded leave it at rest"
 
 
 def test_sections_of_a_beam_turn_as_its_nodes_do(tmp_path):

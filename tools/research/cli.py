@@ -123,11 +123,16 @@ def gallery(
 
 
 @app.command(epilog="Example: python -m research newcomer")
-def newcomer() -> None:
-    """Clone, set up, build, and show a mechanism in headless Chromium, all timed; minutes."""
-    from research.newcomer import table
+def newcomer(
+    page: Annotated[Path, typer.Option(metavar="FILE", help="Markdown file with the place for it.")] = Path(
+        "docs/start.md"
+    ),
+) -> None:
+    """Time a newcomer's way: clone, `make demo`, a file of their own, in motion in headless Chromium; minutes."""
+    from research.newcomer import write
 
-    typer.echo(table())
+    write(page, lambda what: err.print(f"newcomer: {what}"))
+    out.print(f"wrote {page}", soft_wrap=True)
 
 
 @app.command(epilog="Example: python -m research linear")

@@ -68,7 +68,7 @@ def check(point: OperatingPoint, frame: str = "world") -> Differences:
         inputs, outputs = fmu.references(list(linear.inputs)), fmu.references(list(linear.outputs))
         D = np.column_stack([plant.slave.getDirectionalDerivative(outputs, [u], [1.0]) for u in inputs])
         B = np.column_stack([plant.by_input(u, value, reference) for u, value in zip(inputs, linear.u0, strict=True)])
-        changes = [plant.by_state(point, direction, reference) for direction in _directions(point)]
+        changes = [plant.by_state(point, direction, reference) for direction in _directions(point, len(linear.x0) + 2)]
     finally:
         plant.slave.freeInstance()
     x, dx, y = (np.column_stack(columns) for columns in zip(*changes, strict=True))
@@ -97,12 +97,12 @@ def _rows(change: np.ndarray, matrix: np.ndarray, x: np.ndarray) -> float:
     return float((np.abs(change - matrix @ x).max(axis=1, initial=0.0) / scale).max())
 
 
-def _directions(point: OperatingPoint) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Random changes of positions and velocities, more than there are states."""
+def _directions(point: OperatingPoint, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Random changes of positions and velocities: as many as there are states and some more tell all of a matrix."""
     random = np.random.default_rng(0)
     size = sizes(point.mechanism, _core.System(point.mechanism.multibody))
     speed = max(1.0, float(np.abs(point.v / size).max()))
-    both = random.standard_normal((2, 2 * len(size) + 2, len(size))) * size
+    both = random.standard_normal((2, count, len(size))) * size
     return list(zip(both[0], speed * both[1], strict=True))
 
 

@@ -174,11 +174,19 @@ def realtime(
     duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the run.")] = 5.0,
     settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a histogram as PNG.")] = None,
+    seen: Annotated[bool, typer.Option("--view", help="Show the motion in the browser while it runs.")] = False,
 ) -> None:
     """Pace fmi2DoStep with the wall clock and show how long the steps take."""
     from sigmafmu.realtime import run as run_paced
 
-    latency = run_paced(sigmafmu.load(model), rate, duration, dict(map(split_setting, settings or [])))
+    parameters = dict(map(split_setting, settings or []))
+    if seen:
+        from sigmafmu.view.cli import live_view
+
+        loaded, live = live_view(model)
+        latency = run_paced(loaded, rate, duration, parameters, live)
+    else:
+        latency = run_paced(sigmafmu.load(model), rate, duration, parameters)
     out.print(latency.table())
     if plot:
         latency.plot(plot)

@@ -52,6 +52,16 @@ def mobility(mechanism: str, resources: Path | str, coordinates: Sequence[int]) 
     return _ask("sigmafmu_mobility", mechanism, resources, json.dumps(list(coordinates)))["mobility"]
 
 
+def poses(mechanism: str, motion: int, times: np.ndarray, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of a frame of the ground that moves, at n times [s]: positions in W [m], (n, 3), and quaternions R_WB, (n, 4).
+
+    Displacements [m] and rotation vectors [rad], (n, 6), are added to the tables of the motion with this index.
+    """
+    numbers = [json.dumps(np.ravel(x).tolist()) for x in (times, added)]
+    told = _ask("sigmafmu_poses", mechanism, str(motion), *numbers)
+    return np.array(told["positions"], dtype=float), np.array(told["quaternions"], dtype=float)
+
+
 def freedom(mechanism: str, resources: Path | str) -> dict[str, Any]:
     """`freedom` as a sentence, `groups` of dependent joints and `masses` [kg] of the bodies."""
     return _ask("sigmafmu_freedom", mechanism, resources)

@@ -70,7 +70,7 @@ void ports_of(Ports& ports, const Def& def, int index, int f) {
   for (std::size_t k = 0; k < Def::parameters().size(); ++k) {
     const Parameter<Def>& p = Def::parameters()[k];
     std::string description = p.description;
-    if constexpr (HasDescription<Def>::value) description += ": " + def.description;
+    if constexpr (HasDescription<Def>::value) description = with_note(description, def.description);
     const auto first = ports.ports().size();
     ports.parameters(index, variable_name(d, def, p.name), p.size, type_of(d, def, p), description, parameter<Def>,
                      Variability::tunable);

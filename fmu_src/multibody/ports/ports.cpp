@@ -79,6 +79,10 @@ void elements(int count, Make make) {
 
 }  // namespace
 
+std::string with_note(const std::string& text, const std::string& note) {
+  return note.empty() ? text : text + ": " + note;
+}
+
 void Ports::owner(const std::string& name, const std::string& kind, const std::string& type) {
   const auto same = [&](const Owner& owner) { return owner.name == name; };
   const auto found = std::find_if(owners_.begin(), owners_.end(), same);

@@ -153,6 +153,9 @@ class Ports {
   int output_count_ = 0;
 };
 
+// What a port is, then what its element's definition says about it, if anything.
+std::string with_note(const std::string& text, const std::string& note);
+
 inline Eigen::Map<Vector3d> vector3(double* values) { return Eigen::Map<Vector3d>(values); }
 
 // Those of each kind of element.

@@ -63,29 +63,30 @@ void sensor_rate(const View& view, int i, int, double* x) {
 
 void sensor_ports(Ports& ports, int i) {
   const SensorDef& s = ports.mechanism.sensors[i];
-  const std::string n = s.name + ".", of = s.description.empty() ? "" : ": " + s.description;
+  const std::string n = s.name + ".";
+  const auto noted = [&](const std::string& text) { return with_note(text, s.description); };
   ports.owner(s.name, "sensor", s.type == SensorType::imu ? "inertial" : "motion");
   if (s.type == SensorType::imu) {
-    ports.outputs(i, n + "specificForce", 3, "Acceleration", "Acceleration less gravity, in the sensor's axes" + of,
+    ports.outputs(i, n + "specificForce", 3, "Acceleration", noted("Acceleration less gravity, in the sensor's axes"),
                   specific_force, true);
-    ports.outputs(i, n + "angularVelocity", 3, "AngularVelocity", "Angular velocity, in the sensor's axes" + of,
+    ports.outputs(i, n + "angularVelocity", 3, "AngularVelocity", noted("Angular velocity, in the sensor's axes"),
                   sensor_rate);
     return;
   }
-  const char* axes = s.axes == SensorAxes::ground      ? ", in W"
-                     : s.axes == SensorAxes::reference ? ", in the reference frame's axes"
-                                                       : ", in the sensor's axes";
+  const std::string axes = s.axes == SensorAxes::ground      ? ", in W"
+                           : s.axes == SensorAxes::reference ? ", in the reference frame's axes"
+                                                             : ", in the sensor's axes";
   const Ports::Group group = ports.group(i, 12, sensor_motion);
-  ports.outputs(group, 0, n + "position", 3, "Displacement", "Position seen from the reference" + (axes + of));
+  ports.outputs(group, 0, n + "position", 3, "Displacement", noted("Position seen from the reference" + axes));
   ports.outputs(group, 3, n + "rotationVector", 3, "Angle",
-                "Orientation seen from the reference as rotation vector, at most pi long" + of, rotation_rate);
-  ports.outputs(group, 6, n + "velocity", 3, "Velocity", "Velocity seen from the reference" + (axes + of));
+                noted("Orientation seen from the reference as rotation vector, at most pi long"), rotation_rate);
+  ports.outputs(group, 6, n + "velocity", 3, "Velocity", noted("Velocity seen from the reference" + axes));
   ports.outputs(group, 9, n + "angularVelocity", 3, "AngularVelocity",
-                "Angular velocity seen from the reference" + (axes + of));
+                noted("Angular velocity seen from the reference" + axes));
   const Ports::Group second = ports.group(i, 6, sensor_acceleration, true);
-  ports.outputs(second, 0, n + "acceleration", 3, "Acceleration", "Acceleration seen from the reference" + (axes + of));
+  ports.outputs(second, 0, n + "acceleration", 3, "Acceleration", noted("Acceleration seen from the reference" + axes));
   ports.outputs(second, 3, n + "angularAcceleration", 3, "AngularAcceleration",
-                "Angular acceleration seen from the reference" + (axes + of));
+                noted("Angular acceleration seen from the reference" + axes));
 }
 
 }  // namespace sigmafmu

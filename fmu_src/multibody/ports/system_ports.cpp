@@ -46,11 +46,12 @@ void momenta(const View& view, int, int, double* values) {
 void station_ports(Ports& ports, int s) {
   const StationDef& d = ports.mechanism.stations[s];
   ports.owner(d.name, "station", "");
-  ports.outputs(s, d.name + ".position", 3, "Displacement", "Position in W: " + d.description, station_position);
+  ports.outputs(s, d.name + ".position", 3, "Displacement", with_note("Position in W", d.description),
+                station_position);
   const int axes = static_cast<int>(d.deflection_axes.size());
   if (axes == 0) return;
   ports.outputs(s, d.name + ".deflection", axes == 1 ? 0 : axes, "Deflection",
-                "Displacement by deformation, in body axes: " + d.description, station_deflection);
+                with_note("Displacement by deformation, in body axes", d.description), station_deflection);
 }
 
 void system_ports(Ports& ports) {

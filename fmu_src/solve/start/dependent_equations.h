@@ -39,6 +39,9 @@ std::string summary(const Freedom& freedom);
 // than that of ConsistentSolver: what is found is good for a diagnosis.
 bool reach_positions(const System& system, const Inputs& u, VectorXd& q);
 
+// Whether more equations are dependent at q, whose freedom is `f`, than wherever else its joints lead.
+bool singular_at(const System& system, const VectorXd& q, const Freedom& f);
+
 // One sentence when a position q, with Phi(q) = 0, is singular: more equations are dependent in it than wherever else
 // its joints lead.
 std::string describe_singular_position(const MultibodyDef& definition, const System& system, const VectorXd& q);

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import yaml
@@ -27,10 +27,21 @@ Json = dict[str, Any]
 
 @dataclass
 class State:
-    """Of a robot: coordinates and rates by their names, and bodies that are placed, with keys of the file."""
+    """Of a robot: coordinates and rates by their names, and bodies that are placed, with keys of the file.
+
+    Accelerations of `bodies`, which move freely, are compared, those of bodies `on_balls` are not.
+    """
 
     coordinates: dict[str, tuple[float, float]] = field(default_factory=dict)
     bodies: dict[str, Json] = field(default_factory=dict)
+    on_balls: dict[str, Json] = field(default_factory=dict)
+
+
+class Reference(Protocol):
+    """A robot in another program."""
+
+    def at_random(self, rng: np.random.Generator) -> tuple[State, np.ndarray]:
+        """A state and its accelerations: of coordinates, then of bodies."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +93,7 @@ def slave_at(content: Json, state: State) -> _core.Slave:
         joint, word = split(name, content["joints"])
         c = _coordinate(content, joint, word)
         content["joints"][joint] |= {c.key("coordinate"): x, c.key("rate"): rate}
-    for name, keys in state.bodies.items():
+    for name, keys in (state.bodies | state.on_balls).items():
         content["bodies"][name] |= keys
     slave = _core.Slave(load_text(json.dumps(content), Path("robot.yaml")).mechanism)
     slave.start()
@@ -112,11 +123,12 @@ def degrees(content: Json) -> int:
     return _core.freedom(load_text(json.dumps(content), Path("robot.yaml")).mechanism.multibody).degrees
 
 
-def error_of(ours: np.ndarray, reference: np.ndarray) -> float:
-    """Relative, in the largest component."""
-    return float(np.abs(ours - reference).max() / np.abs(reference).max())
-
-
-def compared(name: str, package: str, robot: Robot, content: Json, error: float) -> Compared:
-    """What the table shows."""
-    return Compared(name, package, len(robot.bodies), degrees(content), error, robot.told)
+def compared(path: Path, package: str, robot: Robot, content: Json, reference: Reference, states: int) -> Compared:
+    """A robot at random states."""
+    rng = np.random.default_rng(SEED)
+    worst = 0.0
+    for _ in range(states):
+        state, expected = reference.at_random(rng)
+        found = accelerations(slave_at(content, state), content, state.coordinates, state.bodies)
+        worst = max(worst, float(np.abs(found - expected).max() / np.abs(expected).max()))
+    return Compared(path.stem, package, len(robot.bodies), degrees(content), worst, robot.told)

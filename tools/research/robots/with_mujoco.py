@@ -4,19 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from research.robots import (
-    SEED,
-    STATES,
-    Compared,
-    Json,
-    State,
-    accelerations,
-    center_of_mass,
-    compared,
-    error_of,
-    slave_at,
-    without_one_sided,
-)
+from research.robots import STATES, Compared, Json, State, center_of_mass, compared, without_one_sided
 from sigmafmu.importers.convert import convert
 from sigmafmu.importers.mjcf import Names, compiled
 from sigmafmu.importers.robot import Robot, valid_name
@@ -27,14 +15,7 @@ def compare(path: Path, package: str, states: int = STATES) -> Compared:
     text, robot = convert(path, Path())
     content = without_one_sided(text)
     _open_loops(content, robot)
-    reference = Reference(path, robot, content)
-    rng = np.random.default_rng(SEED)
-    worst = 0.0
-    for _ in range(states):
-        state, expected = reference.at_random(rng)
-        slave = slave_at(content, state)
-        worst = max(worst, error_of(accelerations(slave, content, state.coordinates, reference.free), expected))
-    return compared(path.stem, package, robot, content, worst)
+    return compared(path, package, robot, content, Reference(path, robot, content), states)
 
 
 def _open_loops(content: Json, robot: Robot) -> None:
@@ -98,5 +79,5 @@ class Reference:
             velocity = np.zeros(6)
             mujoco.mj_objectVelocity(m, data, mujoco.mjtObj.mjOBJ_XBODY, i, velocity, 1)
             turned = {"quaternion": data.xquat[i].tolist()}
-            state.bodies[name] = {"orientation": turned, "angular_velocity": velocity[:3].tolist()}
+            state.on_balls[name] = {"orientation": turned, "angular_velocity": velocity[:3].tolist()}
         return state, np.array(expected)

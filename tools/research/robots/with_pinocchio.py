@@ -6,20 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from research.robots import (
-    SEED,
-    STATES,
-    Compared,
-    Json,
-    State,
-    accelerations,
-    center_of_mass,
-    compared,
-    damping,
-    error_of,
-    slave_at,
-    without_one_sided,
-)
+from research.robots import STATES, Compared, Json, State, center_of_mass, compared, damping, without_one_sided
 from sigmafmu import SigmafmuError
 from sigmafmu.importers.convert import convert
 from sigmafmu.importers.robot import Robot
@@ -29,14 +16,7 @@ def compare(path: Path, package: str, states: int = STATES) -> Compared:
     """A URDF file at random states; SigmafmuError: it has something that this comparison does not know."""
     text, robot = convert(path, Path())
     content = without_one_sided(text)
-    reference = Reference(path, robot, content)
-    rng = np.random.default_rng(SEED)
-    worst = 0.0
-    for _ in range(states):
-        state, expected = reference.at_random(rng)
-        slave = slave_at(content, state)
-        worst = max(worst, error_of(accelerations(slave, content, state.coordinates, state.bodies), expected))
-    return compared(path.stem, package, robot, content, worst)
+    return compared(path, package, robot, content, Reference(path, robot, content), states)
 
 
 class Reference:

@@ -1,7 +1,9 @@
 """Where the parts of a mechanism are at the start, read from its file `mechanism.json`; lengths in m, vectors in W."""
 
+from __future__ import annotations
+
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,17 +12,39 @@ import numpy as np
 
 from .parts import Place
 
+@dataclass
+class Frame:
+    """What moves as a whole, with its pose at the start: a body, or a frame of the ground."""
+
+    name: str
+    position: np.ndarray
+    rotation: np.ndarray
+
 
 @dataclass
-class Body:
+class MovingFrame(Frame):
+    """A frame of the ground that moves as prescribed: by tables, or by inputs if it is `driven`."""
+
+    mechanism: str
+    """In JSON, and its number there:"""
+    index: int
+    driven: bool
+    """Whether its displacement and its rotation vector are inputs of the FMU."""
+
+    def poses(self, times: np.ndarray, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n, 3) and quaternions (n, 4) at n times [s]; `added` (n, 6) are those inputs."""
+        from sigmafmu import native  # not there when the FMUs are built, which have no such frame
+
+        return native.poses(self.mechanism, self.index, times, added)
+
+
+@dataclass
+class Body(Frame):
     """A body; `nodes` (n × 3) are those of a flexible one, `ends` where joints and forces attach to it.
 
     `modes` (n × 3 × f, in W) are displacements of its nodes, `shapes` what its file says to draw.
     """
 
-    name: str
-    position: np.ndarray
-    rotation: np.ndarray
     centre: np.ndarray
     mass: float
     inertia: np.ndarray
@@ -80,6 +104,8 @@ class Layout:
         for body in bodies:
             body.shapes = shapes.get(body.name, ())
         self.bodies = {body.name: body for body in bodies}
+        self.moving = list(_moving_frames(mechanism))
+        """Frames of the ground by their numbers, which are nodes of the ground."""
         self.joints = [self._joint(entry) for entry in mechanism.get("joints", [])]
         self.forces, self.on_joints, self.followers = [], [], []
         for entry in mechanism.get("forces", []):
@@ -99,6 +125,7 @@ class Layout:
             for entry in mechanism.get("stations", [])
         ]
         self.sensors = [self._sensor(entry) for entry in mechanism.get("sensors", [])]
+        self.stop_time = float(mechanism.get("experiment", {}).get("stop_time", 1.0))
         self.gravity = np.array(mechanism.get("gravity", (0, 0, 0)), dtype=float)
 
         span = float(np.linalg.norm(np.ptp(self.points, axis=0)))
@@ -136,13 +163,19 @@ class Layout:
 
     def _sensor(self, entry: dict[str, Any]) -> tuple[str, str, np.ndarray, np.ndarray, Place]:
         """Name, type, point, axes, and what carries it."""
-        frame, body = entry.get("frame", {}), self.bodies.get(entry["body"])
+        frame = entry.get("frame", {})
         place, turn = np.array(frame.get("position", (0, 0, 0)), dtype=float), _rotation(frame.get("orientation", {}))
-        node = frame.get("node", -1)
-        if body is not None:
-            place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
-            turn = body.rotation @ turn
-        return entry["name"], entry["type"], place, turn, _place(body, node)
+        return entry["name"], entry["type"], *self._attached(entry["body"], frame.get("node", -1), place, turn)
+
+    def _attached(self, body: str, node: int, at: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, Place]:
+        """A point and axes on a body, one of its nodes or the ground: in W at the start, and what carries them."""
+        if found := self.bodies.get(body):
+            origin = found.position if node < 0 else found.nodes[node]
+            return found.rotation @ at + origin, found.rotation @ axes, _place(found, node)
+        if node < 0:
+            return at, axes, Place()
+        frame = self.moving[node]
+        return frame.rotation @ at + frame.position, frame.rotation @ axes, Place(frame.name)
 
     def _follower(self, entry: dict[str, Any]) -> Follower:
         """What acts on a single body: a force that turns with it, or drag."""
@@ -158,23 +191,31 @@ class Layout:
 
     def _link(self, entry: dict[str, Any], places: list[tuple[Any, int]], turns: list[np.ndarray]) -> Link:
         bodies = [self.bodies.get(name) for name in entry["bodies"]]
-        points, axes = [], []
-        for body, (point, node), turn in zip(bodies, places, turns, strict=True):
-            place = np.array(point, dtype=float)
+        ends = [
+            self._attached(name, node, np.array(at, dtype=float), turn)
+            for name, (at, node), turn in zip(entry["bodies"], places, turns, strict=True)
+        ]
+        points, axes, carriers = map(list, zip(*ends, strict=True))
+        for body, point in zip(bodies, points, strict=True):
             if body is not None:
-                place = body.rotation @ place + (body.position if node < 0 else body.nodes[node])
-                body.ends.append(place)
-            points.append(place)
-            axes.append(turn if body is None else body.rotation @ turn)
+                body.ends.append(point)
         acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
         acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
-        carriers = [_place(body, node) for body, (_, node) in zip(bodies, places, strict=True)]
         return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, np.broadcast_to(acting, 3))
 
 
-def _place(body: Body | None, node: int) -> Place:
+def _place(body: Body, node: int) -> Place:
     """What carries a frame on a body or on one of its nodes."""
-    return Place() if body is None else Place(body.name, () if node < 0 else (node,))
+    return Place(body.name, () if node < 0 else (node,))
+
+
+def _moving_frames(mechanism: dict[str, Any]) -> Iterator[MovingFrame]:
+    text = json.dumps(mechanism) if mechanism.get("motions") else ""
+    for i, entry in enumerate(mechanism.get("motions", [])):
+        frame = MovingFrame(entry["name"], np.zeros(3), np.eye(3), text, i, entry.get("input", False))
+        (frame.position,), quaternions = frame.poses(np.zeros(1), np.zeros((1, 6)))
+        frame.rotation = _rotation({"quaternion": quaternions[0]})
+        yield frame
 
 
 def _body(entry: dict[str, Any], resources: Path) -> Body:

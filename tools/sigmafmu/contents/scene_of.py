@@ -22,6 +22,11 @@ SECTIONS = 24
 """Bands of a flexible body at most."""
 STATIONS = 8
 """So many stations are named at most."""
+SEEN_TURN = 1e-3
+"""A body that turns less in the whole experiment [rad] does not spin: a picture of 1000 pixels shows no such turn.
+
+What rounding leaves of a rate that the joints make zero is far below it.
+"""
 
 
 @dataclass
@@ -67,6 +72,9 @@ class Scene:
                 solid = replace(solid, place=ends[0], other=ends[1], between=between)
             elif part.end != GROUND:
                 solid = replace(solid, place=ends[part.end])
+            elif isinstance(on, Link):  # the ground at this end: at rest, or one of its moving frames
+                on_ground = (place for place, body in zip(on.places, on.bodies, strict=True) if body is None)
+                solid = replace(solid, place=next(on_ground, Place()))
             self.solids.append(solid)
         if name:
             self.labels.append(Label(name, detail, np.asarray(point, dtype=float), group, ends[1], layer, **style))
@@ -109,9 +117,9 @@ def scene_of(mechanism: dict[str, Any], resources: Path, bold: float = 1.0, shap
         detail = f"{body.mass:.4g} kg" if body.nodes is None else "flexible"
         scene.add(_body(body, scene, color), "body", place, body.name, detail, body.centre)
         scene.add(_mark(body, t, layout.size), "mark", place)
-        scene.add(_spin(body, t), "body", place)
         speed = _spin_of(body)
-        if speed:
+        if speed * layout.stop_time > SEEN_TURN:
+            scene.add(_spin(body, t), "body", place)
             scene.labels[-1].detail += f", {speed:.5g} rad/s"
     for link in layout.joints:
         scene.add(symbols.joint(link, t), "joint", link, link.name, f"{link.type} joint", link.points[1])
@@ -259,11 +267,10 @@ def _spin_of(body: Body) -> float:
 
 def _spin(body: Body, t: float) -> Iterable[Part]:
     """Red arrow about the axis of a body that spins, beyond it."""
-    if _spin_of(body):
-        axis = unit(body.spin)
-        half = np.sqrt(max(1.5 * (np.trace(body.inertia) - 2 * axis @ body.inertia @ axis) / body.mass, 0))
-        place = body.centre + (half + 11 * t) * axis
-        yield Part(turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED)
+    axis = unit(body.spin)
+    half = np.sqrt(max(1.5 * (np.trace(body.inertia) - 2 * axis @ body.inertia @ axis) / body.mass, 0))
+    place = body.centre + (half + 11 * t) * axis
+    yield Part(turning_arrow(place, body.spin, 5 * t, 0.7 * t, 120, 400), RED)
 
 
 def _load(load: dict[str, Any], layout: Layout) -> Iterable[Part]:

@@ -23,6 +23,7 @@ from sigmafmu.importers.robot import (
     Force,
     Joint,
     Robot,
+    Tendon,
     start_within_limits,
 )
 from sigmafmu.importers.xml import axes_with_z
@@ -264,19 +265,26 @@ def tendon_name(m: mujoco.MjModel, t: int) -> str:
 
 
 def _tendons(m: mujoco.MjModel, names: Names, robot: Robot) -> None:
-    """Straight ones are line springs."""
+    """Straight ones are line springs, those over coordinates tendons."""
     for t in range(m.ntendon):
-        name, ends = tendon_name(m, t), straight_tendon(m, t, names)
-        acts = bool(m.tendon_stiffness[t] or m.tendon_damping[t])
+        name, ends, terms = tendon_name(m, t), straight_tendon(m, t, names), _fixed_tendon(m, t)
         low, high = (float(x) for x in m.tendon_lengthspring[t])
-        if ends and (low == high or not m.tendon_stiffness[t]):
-            keys = {"stiffness": float(m.tendon_stiffness[t]), "damping": float(m.tendon_damping[t])}
-            keys = {key: value for key, value in keys.items() if value}
-            if m.tendon_stiffness[t]:
-                keys["free_length"] = low
+        acts = {"stiffness": float(m.tendon_stiffness[t]), "damping": float(m.tendon_damping[t])}
+        keys: dict[str, Any] = {key: value for key, value in acts.items() if value}
+        if m.tendon_stiffness[t]:
+            keys["free_length"] = low
+        one_length = low == high or not m.tendon_stiffness[t]
+        if ends and one_length:
             robot.forces.append(Force(name, "line_spring", *ends, keys))
-        elif acts:
+        elif terms and one_length and keys:
+            joints = [names.joints[joint] for joint in terms]
+            robot.tendons.append(Tendon(name, joints, {"coefficients": list(terms.values())} | keys))
+        elif keys:
             robot.tell(f"{name}: stiffness and damping of a tendon")
+        if np.any(_later(m, "tendon_stiffnesspoly", m.ntendon)[t]) or np.any(
+            _later(m, "tendon_dampingpoly", m.ntendon)[t]
+        ):
+            robot.tell(f"{name}: what is not linear of its stiffness and damping")
         armature = _later(m, "tendon_armature", m.ntendon)[t]
         if m.tendon_limited[t] or m.tendon_frictionloss[t] or armature:
             robot.tell(f"{name}: limits, friction and armature of a tendon")

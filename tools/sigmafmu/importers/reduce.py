@@ -100,7 +100,7 @@ def drop_massless_ends(robot: Robot) -> None:
         listed = ", ".join(f"{joint.name} with {joint.bodies[1]}" for joint in gone)
         robot.tell(f"joints that move nothing with mass: {listed}")
     names = {joint.name for joint in gone}
-    couplings = [c for c in robot.couplings if names & set(c.joints)]
+    couplings = [c for c in robot.couplings if names & set(c.joints)]  # tendons are MJCF's, where all links have mass
     robot.couplings = [c for c in robot.couplings if c not in couplings]
     if couplings:
         robot.tell(f"couplings of these: {', '.join(c.name for c in couplings)}")
@@ -167,8 +167,8 @@ def _replace(robot: Robot, planar: Joint, old: list[Joint]) -> None:
             del robot.bodies[joint.bodies[1]]
     joints = [planar if joint is in_order[0] else joint for joint in robot.joints.values()]
     robot.joints = {joint.name: joint for joint in joints if joint not in old}
-    for coupling in robot.couplings:
-        coupling.joints = [f"{name}\0{words[x]}" if x in words else x for x in coupling.joints]
+    for element in robot.on_coordinates():
+        element.joints = [f"{name}\0{words[x]}" if x in words else x for x in element.joints]
     what = ", ".join(f"{joint} is {name}.{word}" for joint, word in words.items())
     robot.tell(f"{name}: one planar joint in place of joints with nothing between them; {what}")
     if len(old) == 2:

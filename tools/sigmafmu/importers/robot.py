@@ -80,6 +80,15 @@ class Coupling:
 
 
 @dataclass
+class Tendon:
+    """A spring on a sum of coordinates."""
+
+    name: str
+    joints: list[str]
+    keys: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
 class Robot:
     """All of it. The names are those of the description until `rename` has made them names of a mechanism file."""
 
@@ -90,6 +99,7 @@ class Robot:
     joints: dict[str, Joint] = field(default_factory=dict)
     forces: list[Force] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
+    tendons: list[Tendon] = field(default_factory=list)
     gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])
     step_size: float = 1e-3
     in_ground: list[str] = field(default_factory=list)
@@ -114,6 +124,11 @@ class Robot:
         """All that has frames in bodies."""
         yield from self.joints.values()
         yield from self.forces
+
+    def on_coordinates(self) -> Iterator[Coupling | Tendon]:
+        """All that names coordinates."""
+        yield from self.couplings
+        yield from self.tendons
 
 
 def start_within_limits(robot: Robot, name: str, keys: dict[str, Any]) -> None:
@@ -157,9 +172,9 @@ def rename(robot: Robot) -> None:
         element.bodies = bodies[element.bodies[0]], bodies[element.bodies[1]]
     robot.coordinates = {old: _coordinate(name, joints) for old, name in robot.coordinates.items()} | joints
     robot.changed = [bodies[name] for name in robot.changed]
-    for coupling in robot.couplings:
-        coupling.joints = [_coordinate(name, joints) for name in coupling.joints]
-        coupling.name = unique(coupling.name, "coupling")
+    for element in robot.on_coordinates():
+        element.joints = [_coordinate(name, joints) for name in element.joints]
+        element.name = unique(element.name, "coupling" if isinstance(element, Coupling) else "tendon")
     for force in robot.forces:
         force.name = unique(force.name, "force")
     robot.name = valid_name(robot.name).replace(".", "_")

@@ -59,6 +59,11 @@ def _lines(robot: Robot) -> Iterator[str]:
         for coupling in robot.couplings:
             joints = ", ".join(coupling.joints)
             yield f"  {coupling.name}: {{ type: {coupling.type}, joints: [{joints}]{_more(coupling.keys)} }}"
+    if robot.tendons:
+        yield ""
+        yield "tendons:"
+        for tendon in robot.tendons:
+            yield f"  {tendon.name}: {{ joints: [{', '.join(tendon.joints)}]{_more(tendon.keys)} }}"
     yield ""
     yield f"integrator: {{ stepSize: {number(robot.step_size)} }}"
 

@@ -16,6 +16,7 @@ _MODULES = {
     "Section": "section",
     "beam_modes": "beam",
     "craig_bampton": "reduction",
+    "fe_from_matrices": "fe_data",
     "fixed_modes": "reduction",
     "free_modes": "reduction",
     "read": "file",

@@ -49,7 +49,7 @@ class FeData:
 
 def read_fe(stiffness: Path | str, mass: Path | str, nodes: Path | str) -> FeData:
     """Read and check the three files."""
-    return fe_data(
+    return fe_from_matrices(
         read_matrix(Path(stiffness)),
         read_matrix(Path(mass)),
         read_nodes(Path(nodes)),
@@ -57,8 +57,13 @@ def read_fe(stiffness: Path | str, mass: Path | str, nodes: Path | str) -> FeDat
     )
 
 
-def fe_data(K: checks.Matrix, M: checks.Matrix, X: np.ndarray, names: tuple[str, str, str] = ("K", "M", "X")) -> FeData:
-    """Check matrices K, M (3n, 3n) and nodes X (n, 3) of a free body; `names` tell in messages what is wrong."""
+def fe_from_matrices(
+    K: checks.Matrix, M: checks.Matrix, X: np.ndarray, names: tuple[str, str, str] = ("K", "M", "X")
+) -> FeData:
+    """A free body from its stiffness K [N/m] and mass M [kg], both (3n, 3n), and its nodes X [m], (n, 3).
+
+    Raises SigmafmuError if these are not those of a free body of solid elements; `names` are for its message.
+    """
     K, M, X = sp.csr_array(K), sp.csr_array(M), np.asarray(X, dtype=float)
     if X.ndim != 2 or X.shape[1] != 3 or len(X) < 3:
         raise SigmafmuError(f"{names[2]} is {' × '.join(map(str, X.shape))}; nodes are (n, 3), at least three of them")

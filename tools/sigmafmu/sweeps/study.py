@@ -80,11 +80,11 @@ def sweep(
     with ExitStack() as stack:
         if output is None:
             check_memory(chosen.runs * task.times, len(task.kept))
-            output = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sweep-"))) / "study.nc"
-            _execute(model, chosen, steps, task, output, resume, workers, scheduler, chunk, on_progress)
-            return read(output).load()
-        _execute(model, chosen, steps, task, _writable(output), resume, workers, scheduler, chunk, on_progress)
-        return read(output)
+            file = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sweep-"))) / "study.nc"
+        else:
+            file = _writable(output)
+        _execute(model, chosen, steps, task, file, resume, workers, scheduler, chunk, on_progress)
+        return read(file).load() if output is None else read(file)
 
 
 def need() -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import webbrowser
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +15,8 @@ from sigmafmu import SigmafmuError
 from sigmafmu.console import err, out, progress_bar, show_message, split_setting, write_text
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sigmafmu.contents.scene_of import Scene
     from sigmafmu.model import Model
     from sigmafmu.result import Result
@@ -132,3 +135,16 @@ def _run(
             on_time=move_to,
             on_message=show_message,
         )
+
+
+def live_view(target: str) -> tuple[Model, Callable[..., Any]]:
+    """What runs, and how it is shown meanwhile."""
+    from sigmafmu.view.live import live
+    from sigmafmu.view.subject import model_of, scene_of_fmu
+
+    def opening(address: str) -> None:
+        out.print(f"see it at {address}", soft_wrap=True)
+        webbrowser.open(address)
+
+    model = model_of(target)
+    return model, partial(live, scene_of_fmu(model.fmu), opening=opening)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmafmu import SigmafmuError
-from sigmafmu.contents.layout import Body, Layout
+from sigmafmu.contents.layout import Body, Layout, MovingFrame
 from sigmafmu.result import Result
 from sigmafmu.view import rotations
 
@@ -15,6 +15,8 @@ FRAMES = 601
 RATE = 60.0
 """Frames per second of a longer run."""
 MOST_FRAMES = 20_000
+DRIVEN = ("displacement", "rotation")
+"""Inputs of the FMU that move a frame of the ground."""
 MOST_TURN = 0.5
 """A body turns no further from one frame to the next [rad], so that the arc between them is known and short."""
 
@@ -30,7 +32,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Motion:
-    """Frames at `time` (n, s): the bodies, and recorded variables of the same times."""
+    """Frames at `time` (n, s): bodies, then moving frames of the ground, and recorded variables of the same times."""
 
     time: np.ndarray
     bodies: dict[str, Track]
@@ -42,6 +44,7 @@ def variables_of(layout: Layout) -> list[str]:
     """What a run must record of the bodies, as vectors."""
     kinds = ("position", "quaternion", "angularVelocity")
     names = [f"{name}.{kind}" for name in layout.bodies for kind in kinds]
+    names += [f"{frame.name}.{kind}" for frame in layout.moving if frame.driven for kind in DRIVEN]
     return names + [
         f"{name}.modal" for name, body in layout.bodies.items() if body.nodes is not None and modes_of(body)
     ]
@@ -58,6 +61,7 @@ def motion_of(result: Result, layout: Layout, columns: Sequence[str]) -> Motion:
     Raises SigmafmuError if the poses of a body were not recorded.
     """
     tracks = {name: _track(result, name, modes_of(body)) for name, body in layout.bodies.items()}
+    tracks |= {frame.name: _prescribed(result, frame) for frame in layout.moving}
     turns = {name: _turns(result, name, track.quaternion) for name, track in tracks.items()}
     rows = _rows(result.time, turns)
     time, parts = _times(result.time[rows], {name: _between(turn, rows) for name, turn in turns.items()})
@@ -85,6 +89,14 @@ def _track(result: Result, body: str, modes: int) -> Track:
     q = arrays["quaternion"]
     q = rotations.continuous(q / np.linalg.norm(q, axis=1, keepdims=True))
     return Track(arrays["position"], q, arrays.get("modal", np.zeros((len(q), 0))))
+
+
+def _prescribed(result: Result, frame: MovingFrame) -> Track:
+    """Of a moving frame; one whose motion are inputs that were not recorded stays where it is."""
+    names = [f"{frame.name}.{kind}[{i}]" for kind in DRIVEN for i in (1, 2, 3)]
+    inputs = [result[name] if name in result else np.zeros(len(result.time)) for name in names]
+    position, q = frame.poses(result.time, np.column_stack(inputs))
+    return Track(position, rotations.continuous(q), np.zeros((len(q), 0)))
 
 
 def _turns(result: Result, body: str, q: np.ndarray) -> np.ndarray:

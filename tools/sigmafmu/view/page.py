@@ -27,7 +27,7 @@ PAGE = """<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy"
- content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:">
+ content="default-src 'none'; {connect}script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:">
 <link rel="icon" href="data:,">
 <title>{title}</title>
 </head>
@@ -40,22 +40,25 @@ PAGE = """<!doctype html>
 """
 
 
-def page(scene: Scene, result: Result, patterns: Iterable[str] = ()) -> str:
+def page(scene: Scene, result: Result, patterns: Iterable[str] = (), *, live: bool = False) -> str:
     """The HTML text for a result; `patterns` name what is plotted at first.
+
+    A `live` one has poses alone, and its server sends what they really are (live.py).
 
     Raises SigmafmuError if the result has no poses, or this installation no viewer.
     """
     viewer = viewer_source()
     patterns = tuple(patterns)
-    names = columns.chosen(list(result.names), scene.layout, patterns)
+    names = [] if live else columns.chosen(list(result.names), scene.layout, patterns)
     motion = motion_of(result, scene.layout, names)
     stage = stage_of(scene, result.__contains__)
     packed = Packed()
-    content = described(result.model, stage, motion, packed)
+    content = described(result.model, stage, motion, packed) | ({"live": True} if live else {})
     content["plotted"] = columns.plotted(names, scene.layout, patterns)
     # Within <script>, only these would end the element or begin a comment.
     text = json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
-    return PAGE.format(title=escape(result.model), scene=text, numbers=packed.text(), viewer=viewer)
+    connect = "connect-src 'self'; " if live else ""
+    return PAGE.format(title=escape(result.model), connect=connect, scene=text, numbers=packed.text(), viewer=viewer)
 
 
 def viewer_source() -> str:

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigmafmu.contents.layout import Body
+from sigmafmu.contents.layout import Body, Frame
 from sigmafmu.contents.parts import Place, Solid
 from sigmafmu.contents.scene_of import Scene, color_of
 from sigmafmu.contents.solids import frame_with_z
+from sigmafmu.contents.symbols import GREY
 from sigmafmu.view import rotations
 from sigmafmu.view.meshes import Mesh, joined, mesh_of
 from sigmafmu.view.motion import Motion, modes_of
@@ -19,7 +20,10 @@ TORQUES = ("torque", "reactionTorque")
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a body (number `body`; −1: the ground): at `at` of its axes, moved by `modes` (f × 3) there."""
+    """A point of a body, or of a moving frame of the ground: number `body` of a motion, −1 what is at rest.
+
+    It is at `at` of its axes, moved by `modes` (f × 3) there.
+    """
 
     body: int
     at: np.ndarray
@@ -91,12 +95,12 @@ class Stage:
 
 def stage_of(scene: Scene, recorded: Callable[[str], bool]) -> Stage:
     """Take a scene apart; `recorded` tells whether a variable is in the result."""
-    bodies = list(scene.layout.bodies.values())
+    bodies = [*scene.layout.bodies.values(), *scene.layout.moving]
     arrows = _arrows(scene, bodies, recorded)
     return Stage(scene, _items(scene, bodies), _tags(scene, bodies), arrows, _traces(scene, bodies))
 
 
-def _point(place: Place, x: np.ndarray, bodies: list[Body]) -> Point:
+def _point(place: Place, x: np.ndarray, bodies: list[Frame]) -> Point:
     """The point of `place` that is at x in W at the start."""
     names = [body.name for body in bodies]
     if place.body is None:
@@ -105,14 +109,14 @@ def _point(place: Place, x: np.ndarray, bodies: list[Body]) -> Point:
     return Point(names.index(place.body), body.rotation.T @ (x - body.position), _shift(place, body))
 
 
-def _shift(place: Place, body: Body) -> np.ndarray:
+def _shift(place: Place, body: Frame) -> np.ndarray:
     """How a place moves with the modal coordinates of its body, f × 3 in its axes."""
-    if not place.nodes or not modes_of(body):
+    if not place.nodes or not isinstance(body, Body) or not modes_of(body):
         return np.zeros((0, 3))
     return body.modes[list(place.nodes)].mean(axis=0).T @ body.rotation
 
 
-def _items(scene: Scene, bodies: list[Body]) -> list[Item]:
+def _items(scene: Scene, bodies: list[Frame]) -> list[Item]:
     """Meshes; those that move alike and look alike are one."""
     found: dict[tuple, tuple[Carrier, list[Mesh]]] = {}
     for i, solid in enumerate(scene.solids):
@@ -123,7 +127,7 @@ def _items(scene: Scene, bodies: list[Body]) -> list[Item]:
     return [Item(carrier, key[2], key[3], joined(meshes)) for key, (carrier, meshes) in found.items()]
 
 
-def _carried(solid: Solid, bodies: list[Body]) -> tuple[Carrier, Mesh]:
+def _carried(solid: Solid, bodies: list[Frame]) -> tuple[Carrier, Mesh]:
     """What carries a solid, and its mesh in the axes of that."""
     modes = np.zeros((0, *solid.faces.shape)) if solid.modes is None else solid.modes
     if solid.other is not None:
@@ -140,14 +144,14 @@ def _carried(solid: Solid, bodies: list[Body]) -> tuple[Carrier, Mesh]:
     return Carrier(_point(solid.place, body.position, bodies)), mesh_of((solid.faces - body.position) @ R, modes @ R)
 
 
-def _tags(scene: Scene, bodies: list[Body]) -> list[Tag]:
+def _tags(scene: Scene, bodies: list[Frame]) -> list[Tag]:
     return [
         Tag(label.name, label.detail, label.layer, label.color, _point(label.place, label.point, bodies))
         for label in scene.labels
     ]
 
 
-def _arrows(scene: Scene, bodies: list[Body], recorded: Callable[[str], bool]) -> list[Arrow]:
+def _arrows(scene: Scene, bodies: list[Frame], recorded: Callable[[str], bool]) -> list[Arrow]:
     """Reactions and forces, which act on the second body (the first, if that is the ground)."""
     found = []
     for link in (*scene.layout.joints, *scene.layout.forces):
@@ -159,15 +163,15 @@ def _arrows(scene: Scene, bodies: list[Body], recorded: Callable[[str], bool]) -
     return found
 
 
-def _traces(scene: Scene, bodies: list[Body]) -> list[tuple[str, Point]]:
+def _traces(scene: Scene, bodies: list[Frame]) -> list[tuple[str, Point]]:
     """Points whose paths can be drawn: centres of bodies, and stations."""
     found = []
-    for body in bodies:
+    for body in scene.layout.bodies.values():
         nodes = () if body.nodes is None else tuple(range(len(body.nodes)))
         found.append((body.name, _point(Place(body.name, nodes), body.centre, bodies)))
     return found + [(name, _point(place, x, bodies)) for name, x, place in scene.layout.stations]
 
 
 def body_colors(scene: Scene) -> list[str]:
-    """A colour for each body's name and path."""
-    return [color_of(i) for i in range(len(scene.layout.bodies))]
+    """A colour for each body's name and path, and for each moving frame."""
+    return [color_of(i) for i in range(len(scene.layout.bodies))] + [GREY] * len(scene.layout.moving)

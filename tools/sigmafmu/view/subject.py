@@ -46,7 +46,7 @@ def to_record(model: Model, scene: Scene, patterns: Iterable[str] = ()) -> list[
     patterns = tuple(patterns)
     select(model.fmu, patterns)
     vectors = set(variables_of(scene.layout))
-    poses = [name for name in model.outputs if name.partition("[")[0] in vectors]
+    poses = [name for name in (*model.outputs, *model.inputs) if name.partition("[")[0] in vectors]
     return list(dict.fromkeys([*poses, *columns.chosen(list(model.outputs), scene.layout, patterns)]))
 
 

@@ -3,6 +3,7 @@ import { Vector3 } from "three";
 import { bar } from "./bar.js";
 import { button, make } from "./elements.js";
 import { HELP, keys } from "./keys.js";
+import { follow } from "./live.js";
 import { Motion } from "./motion.js";
 import { unpack } from "./packed.js";
 import { Player } from "./player.js";
@@ -85,7 +86,8 @@ async function start() {
   };
   requestAnimationFrame(loop);
   view.draw();
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
+  if (content.live) follow(motion, player);
+  else if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
 
   // For tests and for pages around this one.
   window.sigmafmu = {
@@ -121,10 +123,10 @@ async function start() {
       view.dirty = true;
       view.draw();
     },
-    // Pixels of the origin of a body's axes, as its mesh is drawn.
-    project(name) {
+    // Pixels of the origin of a body's axes, as its mesh is drawn; of a moving frame, as its feet are: layer "ground".
+    project(name, layer = "body") {
       const body = motion.bodies.findIndex((candidate) => candidate.name === name);
-      const { mesh } = view.items.items.find(({ layer, point }) => layer === "body" && point.body === body);
+      const { mesh } = view.items.items.find((item) => item.layer === layer && item.point.body === body);
       return view.project(new Vector3().setFromMatrixPosition(mesh.matrixWorld));
     },
   };

@@ -64,6 +64,13 @@ export class Motion {
     }
   }
 
+  // From this frame on the bodies are so: of each the position, the quaternion and the modal coordinates.
+  write(frame, poses) {
+    for (const [b, { position, quaternion, modal }] of this.bodies.entries()) {
+      for (const [k, values] of [...position, ...quaternion, ...modal].entries()) values.fill(poses[b][k], frame);
+    }
+  }
+
   // Hermite's interpolation with differences of neighbours as slopes.
   cubic(values, i, s) {
     if (s === 0) return values[i];
