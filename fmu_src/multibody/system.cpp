@@ -192,6 +192,14 @@ bool System::axes_agree(const Evaluation& e, int joint) const {
   return joints_[joint]->axes_agree(kinematics(e, constraints_[joint].at));
 }
 
+Vector3d System::touching_point(const Evaluation& e, int joint) const {
+  return joints_[joint]->touching_point(kinematics(e, constraints_[joint].at));
+}
+
+double System::tilt_of_disk(const Evaluation& e, int joint) const {
+  return joints_[joint]->tilt_of_disk(kinematics(e, constraints_[joint].at));
+}
+
 Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* lambda) const {
   const auto& [element, at, first, rows] = constraints_[joint];
   const int m = element->equations();

@@ -240,14 +240,15 @@ def test_reactions_move_every_body_as_newton_and_euler_say(seed):
 
 @pytest.mark.parametrize("kind", JOINT_TYPES, ids=lambda t: t.name)
 def test_coordinates_have_names_in_the_fmu_and_in_files(kind):
-    joint = make_joint("j", kind, GROUND, HERE, 0, HERE)
+    upright = _core.Frame(np.zeros(3), np.eye(3)[[1, 2, 0]])  # a disk must not lie flat
+    joint = make_joint("j", kind, GROUND, HERE, 0, upright if kind == Type.rolling_disk else HERE)
     count = COORDINATES.get(kind, 0)
     joint.initial_coordinates = [0.1 * k if k < count else np.nan for k in range(3)]
     joint.initial_rates = [0.2 * k if k < count else np.nan for k in range(3)]
     m = mechanism(body("b", position=(1.0, 0, 0)), joint)
     text = _core.to_json(m)
     assert _core.to_json(_core.from_json(text)) == text
-    keys = {"name", "type", "bodies", "frame1", "frame2", "length", "pitch"}
+    keys = {"name", "type", "bodies", "frame1", "frame2", "length", "pitch", "radius"}
     assert len(set(json.loads(text)["joints"][0]) - keys) == 2 * count
     names = _core.Slave(m).names
     values = [name for name in names if re.fullmatch(r"j\.(angle|displacement)\d?", name)]

@@ -25,8 +25,13 @@ class Joint final : public Constraint {
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;
 
+  // Of a rolling disk: where it touches the plane, in W [m]; and the sine of the angle between disk and plane, at 0 of
+  // which no single point touches (1 for other joints).
+  Vector3d touching_point(const Kinematics& k) const;
+  double tilt_of_disk(const Kinematics& k) const;
+
   // Force [N] and torque [N m] on body 2 that the constraint exerts: about the point and in the axes that the
-  // definition asks for, which are the origin of frame 2 and W where it does not.
+  // definition asks for, which are the origin of frame 2, or where a disk touches, and W where it does not.
   struct Reaction {
     Vector3d force, torque;
   };
@@ -42,6 +47,7 @@ class Joint final : public Constraint {
   std::vector<Thread> threads_;
   std::vector<PerpendicularAxes> perpendiculars_;
   std::vector<NoTwist> no_twists_;
+  std::vector<RollingDisk> disks_;
   Frame frame1_, frame2_;
   std::vector<JointCoordinate> coordinates_;
   ReactionDef tells_;

@@ -93,6 +93,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
                      VectorXd& v) {
   read_initial_values(definition, system, q, v);
   const VectorXd q0 = q;
+  if (const std::string flat = describe_flat_disk(definition, system, q); !flat.empty()) throw std::runtime_error(flat);
   const Inputs u = inputs_at_start(definition, system);
   if (!solver.project_positions(u, q).possible) {
     const std::string reason = describe_obstacle(definition, system, solver, u, q0, q);

@@ -40,8 +40,11 @@ struct Place {
   VectorXd lengths;
 
   Place(const System& s, const VectorXd& q) : Place(s, q, s.make_inputs()) {}
-  Place(const System& s, const VectorXd& q, const Inputs& u) : system(s), e(s.make_evaluation()) {
+  // `positions`: without equations of velocities alone.
+  Place(const System& s, const VectorXd& q, const Inputs& u, bool positions = false)
+      : system(s), e(s.make_evaluation()) {
     system.evaluate(q, VectorXd::Zero(system.velocity_size()), u, e);
+    if (positions) system.clear_velocity_rows(e);
     lengths = sigmafmu::lengths(system, e);
   }
 };
@@ -403,6 +406,13 @@ Freedom freedom(const System& system, const VectorXd& q) {
   for (const Part& part : parts_of(at)) add(freedom_of(at, part), result);
   const auto earlier = [](const Freedom::Group& a, const Freedom::Group& b) { return a.joints[0] < b.joints[0]; };
   std::sort(result.groups.begin(), result.groups.end(), earlier);
+  result.independent_of_positions = result.independent;
+  if (system.velocity_equations().empty()) return result;
+  const Place of_positions(system, q, system.make_inputs(), true);
+  result.independent_of_positions = 0;
+  for (const Part& part : parts_of(of_positions)) {
+    result.independent_of_positions += independent_equations(of_positions, part);
+  }
   return result;
 }
 
@@ -449,7 +459,9 @@ Compliance find_compliance(const MultibodyDef& definition) {
 
 std::string summary(const Freedom& f) {
   std::ostringstream text = text_stream(6);
-  text << f.degrees() << " (" << f.velocities << " velocities, " << f.independent << " independent joint equations";
+  text << f.degrees();
+  if (f.degrees_of_positions() > f.degrees()) text << " of velocities, " << f.degrees_of_positions() << " of positions";
+  text << " (" << f.velocities << " velocities, " << f.independent << " independent joint equations";
   if (f.equations > f.independent) text << ", " << f.equations - f.independent << " dependent ones";
   text << ")";
   return text.str();
@@ -459,7 +471,7 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
   constexpr int kMaxIterations = 100;
   constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1], [rad]
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const Place at(system, q, u);
+    const Place at(system, q, u, true);
     const double residual = system.position_residual(at.e);
     if (!std::isfinite(residual)) return false;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;
@@ -523,7 +535,18 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
   return text.str();
 }
 
+std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q, double near) {
+  const Place at(system, q);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    if (!(system.tilt_of_disk(at.e, j) <= near)) continue;
+    return "The disk of joint " + definition.joints[j].name +
+           " lies flat: its axis is normal to its plane, which it then touches in no single point.";
+  }
+  return "";
+}
+
 std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  if (const std::string text = describe_flat_disk(definition, system, q); !text.empty()) return text;
   if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) return text;
   const VectorXd length = Place(system, q).lengths.cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;

@@ -54,6 +54,8 @@ class Link:
     places: list[Place]
     stiff: np.ndarray
     """Directions, axes of W, in which a spring or damper acts."""
+    radius: float = 0.0
+    """Of a disk that rolls."""
 
 
 @dataclass
@@ -169,7 +171,9 @@ class Layout:
         acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
         acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
         carriers = [_place(body, node) for body, (_, node) in zip(bodies, places, strict=True)]
-        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, np.broadcast_to(acting, 3))
+        radius = entry["radius"] if entry.get("type") == "rolling_disk" else 0.0
+        stiff = np.broadcast_to(acting, 3)
+        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, stiff, radius)
 
 
 def _place(body: Body | None, node: int) -> Place:
