@@ -12,8 +12,8 @@ and v̇ from the index-1 equations gives, with ∂ along these motions,
 
 G is zero for coordinates that are integrals of their rates. For rotations it is ω̃ in W and −ω̃ in the body.
 
-Joints that roll hold velocities more than positions: of B, E has the rows of positions alone. Then there are fewer rates
-than coordinates, those of some of them, with a gradient L_v and motions E_v of their own, and
+Joints that roll hold velocities more than positions: of B, E has the rows of positions alone. Then there are fewer
+rates than coordinates, those of some of them, with a gradient L_v and motions E_v of their own, and
 
     δq = E ξ,   δv = E_v η + D ξ    with  B E_v = 0, L_v E_v = 1,  L_v D = −(∂(L_v v)/∂q) E,
 
@@ -95,9 +95,7 @@ class Linearization:
         self.moving = self.selection
         """The coordinates whose rates are states: all of them, unless something rolls."""
         if len(of_positions) < len(self._constraint):
-            self.moving = select(
-                self.coordinates, point.q, self._constraint, self.size, chosen, self.selection.indices
-            )
+            self.moving = select(self.coordinates, point.q, self._constraint, self.size, chosen, self.selection.indices)
         self.chosen = [self.coordinates.all[i] for i in self.selection.indices]
         self.rates = [self.coordinates.all[i] for i in self.moving.indices]
         if not self.chosen:
