@@ -168,6 +168,8 @@ class _Copy:
         found = {key: x for key, x in values.items() if x is not None}
         if self.element.section == "sensors":
             found["point"] = [0.4, 0, 0.15]
+        if {"normal", "axis"} <= found.keys():  # a disk that stands on its plane
+            found |= {"axis": [0, 1, 0], "radius": HERE[2]}
         for name in ("point", "point1", "point2"):
             if name in found:
                 found[name] = self._at(found[name])
