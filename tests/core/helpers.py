@@ -266,6 +266,13 @@ def make_joint(name: str, kind: _core.JointType, *bodies_and_frames: Any) -> _co
     return joint
 
 
+def to_touching_point(frame1: np.ndarray, frame2: np.ndarray) -> np.ndarray:
+    """From the centre of a rolling disk to where it touches the plane, by the axes (columns) of both frames in W."""
+    normal, axis = frame1[:, 2], frame2[:, 2]
+    up = normal - axis * (normal @ axis)
+    return -RADIUS * up / np.linalg.norm(up)
+
+
 @dataclass
 class Tree:
     """A mechanism without loops, in a configuration q that satisfies its joints' equations."""

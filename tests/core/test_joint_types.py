@@ -17,11 +17,14 @@ from .helpers import (
     Rotation,
     Type,
     assert_close,
+    frame_pose,
     make_joint,
+    pose,
     property_test,
     random_tree,
     rotation_of,
     seeds,
+    to_touching_point,
 )
 
 HERE = _core.Frame(np.zeros(3), np.eye(3))
@@ -216,11 +219,13 @@ def test_reactions_move_every_body_as_newton_and_euler_say(seed):
     v = system.project_velocities(tree.q, rng.uniform(-1, 1, system.velocity_size))
     vdot, multipliers = system.accelerations(tree.q, v, np.zeros(system.input_size))
     forces, torques = np.zeros((2, 5, 3))  # of W, about W's origin; the last body is the ground
-    for j, (_, one, _, two, frame) in enumerate(tree.joints):
+    placed = [*(pose(x[:3], rotation_of(x).as_matrix()) for x in tree.q.reshape(-1, 7)), np.eye(4)]
+    for j, (kind, one, frame1, two, frame2) in enumerate(tree.joints):
         force, torque = system.reaction(tree.q, v, multipliers, j)
-        at = frame.origin
-        if two != GROUND:
-            at = tree.q[7 * two : 7 * two + 3] + rotation_of(tree.q[7 * two : 7 * two + 7]).apply(at)
+        first, second = placed[one] @ frame_pose(frame1), placed[two] @ frame_pose(frame2)
+        at = second[:3, 3]
+        if kind == Type.rolling_disk:
+            at = at + to_touching_point(first[:3, :3], second[:3, :3])
         for sign, side in ((1, two), (-1, one)):
             forces[side] += sign * force
             torques[side] += sign * (torque + np.cross(at, force))

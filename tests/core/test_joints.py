@@ -18,7 +18,6 @@ from .helpers import (
     JOINT_TYPES,
     LEAD,
     LENGTH,
-    RADIUS,
     VELOCITY_EQUATIONS,
     assert_close,
     coordinates,
@@ -36,6 +35,7 @@ from .helpers import (
     rotation_of,
     second_derivative,
     seeds,
+    to_touching_point,
 )
 
 Type = _core.JointType
@@ -87,9 +87,7 @@ class Case:
         centre = self.origin(q, 1)
         if self.type != Type.rolling_disk:
             return centre
-        normal, axis = self.axes(q, 0)[:, 2], self.axes(q, 1)[:, 2]
-        track = np.cross(axis, normal)
-        return centre - RADIUS * np.cross(track, axis) / np.linalg.norm(track)
+        return centre + to_touching_point(self.axes(q, 0), self.axes(q, 1))
 
     def axes(self, q, side):
         """Axes (columns) of the joint's frame of body 1 or 2 (side 0, 1), in W."""

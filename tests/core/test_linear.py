@@ -40,7 +40,7 @@ def deviations(linear, centre, neighbour):
             "displacementB": one.inv().apply(q[7 * body : 7 * body + 3] - q0[7 * body : 7 * body + 3]),
         }
         positions.append(vectors[kind[:-3]][axis])
-    rates = (all_.rates(q, v) - all_.rates(q0, v0))[linear.selection.indices]
+    rates = (all_.rates(q, v) - all_.rates(q0, v0))[linear.moving.indices]
     return np.concatenate([positions, rates])
 
 
