@@ -137,7 +137,8 @@ void NewtonMatrix::place_velocity_equations() {
     if (count == 0) continue;
     moved_.push_back({lu_->handle(pattern.mu_node(a), pattern.mu_node(b)) + skipped,
                       lu_->handle(pattern.lambda_node(a), pattern.mu_node(b)) + skipped, count * columns});
-    for (int i = columns - count; a == b && i < columns; ++i) {
+    if (a != b) continue;
+    for (int i = columns - count; i < columns; ++i) {
       unit_diagonals_.push_back(lu_->handle(pattern.mu_node(a), pattern.mu_node(a)) + i * (columns + 1));
     }
   }

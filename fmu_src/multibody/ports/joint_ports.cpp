@@ -122,8 +122,7 @@ void joint_ports(Ports& ports, int j) {
   const std::string torque = "Torque of the joint on the second body about " + point + in_axes;
   const Ports::Group both = ports.group(j, 6, reaction, true);
   ports.outputs(both, 0, n + ".reactionForce", 3, "Force", force);
-  if ((joint.type() == JointType::spherical && at_origin) ||
-      (rolls && tells.is_default())) {  // exactly zero, not the rounding of a difference
+  if (joint.type() == JointType::spherical && at_origin) {  // exactly zero, not the rounding of a difference
     ports.outputs(j, n + ".reactionTorque", 3, "Torque", torque,
                   [](const View&, int, int, double* x) { vector3(x).setZero(); });
   } else {

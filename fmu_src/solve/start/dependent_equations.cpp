@@ -17,6 +17,7 @@ namespace {
 // Of what an equation says beyond the others, relative to all it says: rounding leaves 1e-15, a dependence that holds
 // in one plane alone and is left by the rounding of positions 1e-9.
 constexpr double kDependent = 1e-8;
+constexpr double kFlat = 1e-6;       // sine of an angle between disk and plane
 constexpr double kTakesPart = 1e-5;  // smallest weight of an equation in a dependence
 
 // Longest lever arm of the joints at each body [m].
@@ -538,9 +539,10 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
 std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q, double near) {
   const Place at(system, q);
   for (int j = 0; j < system.joint_count(); ++j) {
-    if (!(system.tilt_of_disk(at.e, j) <= near)) continue;
-    return "The disk of joint " + definition.joints[j].name +
-           " lies flat: its axis is normal to its plane, which it then touches in no single point.";
+    const double tilt = system.tilt_of_disk(at.e, j);
+    if (!(tilt <= near)) continue;
+    return "The disk of joint " + definition.joints[j].name + (tilt > kFlat ? " nearly" : "") +
+           " lies flat: with its axis normal to its plane it touches that in no single point.";
   }
   return "";
 }

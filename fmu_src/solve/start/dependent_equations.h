@@ -54,7 +54,7 @@ std::string describe_rigidity(const MultibodyDef& definition, const System& syst
 // One sentence when q is near a position where independent equations become dependent, or empty.
 std::string describe_nearness(const System& system, const VectorXd& q);
 
-// One sentence when a rolling disk lies on its plane at q, or is as close to it as the sine `near` of an angle.
+// One sentence when a rolling disk lies on its plane at q, or is as close to that as the sine `near` of an angle says.
 std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q,
                                double near = 1e-6);
 
