@@ -89,9 +89,7 @@ class System {
   // Which of lambda belong to equations of velocities alone.
   const std::vector<int>& velocity_equations() const { return velocity_equations_; }
   // B := 0 for these, where positions are looked for.
-  void clear_velocity_rows(Evaluation& e) const {
-    for (const auto& [offset, count] : velocity_rows_) e.B.segment(offset, count).setZero();
-  }
+  void clear_velocity_rows(Evaluation& e) const;
   // Joints are the first constraints.
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const Joint& joint(int j) const { return *joints_[j]; }
@@ -111,7 +109,8 @@ class System {
   MovingLoad moving_load(const Evaluation& e, int m, const VectorXd& vdot, const VectorXd& lambda,
                          const Inputs& u) const;
   bool axes_agree(const Evaluation& e, int joint) const;
-  // As Joint has them.
+  // Of a rolling disk: what touches the plane, in W [m]. The sine of the angle between disk and plane: at 0 no single
+  // point touches (1 for other joints).
   Vector3d touching_point(const Evaluation& e, int joint) const;
   double tilt_of_disk(const Evaluation& e, int joint) const;
   // Force and torque on body 2 (the node, where it attaches to one), as ReactionDef has them.

@@ -167,14 +167,6 @@ void Joint::stiffness(const Inputs&, const Kinematics& k, const double* lambda, 
   for (const auto& d : disks_) d.stiffness(k1, k2, lambda, K);
 }
 
-Vector3d Joint::touching_point(const Kinematics& k) const {
-  return k[1].p_WB + k[1].R_WB * disks_[0].contact(k[0], k[1]).c;
-}
-
-double Joint::tilt_of_disk(const Kinematics& k) const {
-  return disks_.empty() ? 1.0 : disks_[0].contact(k[0], k[1]).sine;
-}
-
 bool Joint::axes_agree(const Kinematics& k) const {
   const Matrix3d R12 = (k[0].R_WB * frame1_.axes).transpose() * (k[1].R_WB * frame2_.axes);
   switch (type_) {

@@ -5,6 +5,7 @@
 
 #include "multibody/constraints/constraint.h"
 #include "multibody/constraints/primitives.h"
+#include "multibody/constraints/rolling_disk.h"
 #include "multibody/joint_coordinate.h"
 
 namespace sigmafmu {
@@ -25,10 +26,8 @@ class Joint final : public Constraint {
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;
 
-  // Of a rolling disk: where it touches the plane, in W [m]; and the sine of the angle between disk and plane, at 0 of
-  // which no single point touches (1 for other joints).
-  Vector3d touching_point(const Kinematics& k) const;
-  double tilt_of_disk(const Kinematics& k) const;
+  // Of a rolling disk; else null.
+  const RollingDisk* disk() const { return disks_.empty() ? nullptr : disks_.data(); }
 
   // Force [N] and torque [N m] on body 2 that the constraint exerts: about the point and in the axes that the
   // definition asks for, which are the origin of frame 2, or where a disk touches, and W where it does not.
