@@ -42,7 +42,7 @@ class Take:
 TAKES = {
     "AndrewsSqueezer": Take(0.03),
     "BevelDifferential": Take(1.0),
-    "Bicycle": Take(3.0),
+    "Bicycle": Take(0.5),
     "Bricard": Take(3.0),
     "CardanShaft": Take(0.5),
     "Chain10": Take(2.0),
