@@ -46,7 +46,8 @@ function(sigmafmu_compile_together folder)
       multibody/forces/spring_damper.cpp multibody/forces/tendon.cpp multibody/joint_coordinate.cpp
       multibody/momentum.cpp multibody/moving_frame.cpp multibody/point_motion.cpp)
   set(forces
-      multibody/forces/bearing.cpp multibody/forces/bushing.cpp multibody/forces/cloud_contact.cpp
+      multibody/constraints/rolling_disk.cpp multibody/forces/bearing.cpp multibody/forces/bushing.cpp
+      multibody/forces/cloud_contact.cpp
       multibody/forces/contact_force.cpp multibody/forces/drag.cpp multibody/forces/frame_pair_force.cpp
       multibody/forces/line_force.cpp multibody/forces/monotone_cubic.cpp multibody/forces/torsion_spring.cpp)
   set(ports

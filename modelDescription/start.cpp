@@ -135,9 +135,9 @@ std::string poses(const Mechanism& mechanism, int motion, const std::vector<doub
     u.time = times[i];
     u.x = Eigen::Map<const Eigen::Matrix<double, kPrescribedPerMotion, 1>>(added.data() + i * kPrescribedPerMotion);
     const FrameKinematics k = frame.kinematics(u);
-    const Quaterniond quaternion(k.R_WB);
+    const Eigen::Quaterniond quaternion(k.R_WB);
     positions.push_back(numbers(k.p_WB));
-    quaternions.push_back({quaternion.w(), quaternion.x(), quaternion.y(), quaternion.z()});
+    quaternions.push_back(Json::array({quaternion.w(), quaternion.x(), quaternion.y(), quaternion.z()}));
   }
   return Json({{"positions", positions}, {"quaternions", quaternions}}).dump();
 }

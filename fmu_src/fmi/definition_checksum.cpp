@@ -34,7 +34,7 @@ Mechanism without_values(Mechanism mechanism) {
   for (JointDef& joint : d.joints) {
     joint.initial_coordinates.fill(JointDef::kNotSet);
     joint.initial_rates.fill(JointDef::kNotSet);
-    joint.pitch = JointDef::kNotSet;
+    joint.pitch = joint.radius = JointDef::kNotSet;
   }
   for_each_force_list(d, [](const char*, auto& forces) {
     for (auto& force : forces) {

@@ -148,10 +148,11 @@ void Slave::describe_failure(const StepFailure& f) noexcept {
     std::ostringstream text = text_stream(10);
     text << "The internal step to t = " << f.time << " s failed even with a step size of " << f.step_size
          << " s: " << reason(f, body) << "; the last successful time is " << data_.state.time << " s.";
-    if (f.reason != StepFailure::Reason::not_finite) {
-      const std::string position = describe_position();
-      if (!position.empty()) text << ' ' << position;
-    }
+    constexpr double kNearlyFlat = 0.05;
+    const VectorXd& q = data_.state.q;
+    std::string position = describe_flat_disk(mechanism_.multibody, engine_->system, q, kNearlyFlat);
+    if (position.empty() && f.reason != StepFailure::Reason::not_finite) position = describe_position();
+    if (!position.empty()) text << ' ' << position;
     message_ = text.str();
   } catch (...) {
     message_.clear();  // message() knows

@@ -58,10 +58,10 @@ Matrix3d inertia_matrix(const RigidBodyDef& b) {
 }
 
 const std::vector<std::string>& joint_type_names() {
-  static const std::vector<std::string> names = {"spherical",     "revolute",    "universal", "prismatic",
-                                                 "fixed",         "cylindrical", "planar",    "distance",
-                                                 "point_on_line", "free",        "screw",     "constant_velocity",
-                                                 "point_in_plane"};
+  static const std::vector<std::string> names = {"spherical",      "revolute",    "universal", "prismatic",
+                                                 "fixed",          "cylindrical", "planar",    "distance",
+                                                 "point_on_line",  "free",        "screw",     "constant_velocity",
+                                                 "point_in_plane", "rolling_disk"};
   return names;
 }
 

@@ -91,6 +91,7 @@ enum class JointType {
   screw,          // cylindrical, and the displacement is pitch angle / (2 pi)
   constant_velocity,  // origins coincide, and no twist: x1 . y2 = y1 . x2
   point_in_plane,     // origin 2 in the plane of x1 and y1; displacements along them
+  rolling_disk,       // a disk of `radius` about origin 2 and z2 rolls on the plane of x1 and y1, on the side of z1
 };
 
 // What a joint leaves free: an angle [rad] about an axis of its frames, or a displacement [m] along one of frame 1.
@@ -130,6 +131,7 @@ struct JointDef {
   std::array<double, 3> initial_rates = {kNotSet, kNotSet, kNotSet};
   double length = kNotSet;  // of a distance joint [m]; not set: what it is at the start
   double pitch = kNotSet;   // of a screw: the displacement of a turn [m], negative for a left-handed thread
+  double radius = kNotSet;  // of a rolling disk [m]
   ReactionDef reaction = {};
 
   int coordinate_count() const { return static_cast<int>(coordinates(type).size()); }

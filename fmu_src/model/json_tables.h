@@ -91,6 +91,7 @@ void visit(Archive& archive, Any& d) {
   archive.optional("frame2", d.frame2);
   if (d.type == JointType::distance) archive.optional("length", d.length, !std::isnan(d.length));
   if (d.type == JointType::screw) archive.optional("pitch", d.pitch, !std::isnan(d.pitch));
+  if (d.type == JointType::rolling_disk) archive.optional("radius", d.radius, !std::isnan(d.radius));
   archive.optional("reaction", d.reaction, !d.reaction.is_default());
   // A joint with several coordinates has keys for each: an angle's are the shorter ones.
   for (int c = 0; c < d.coordinate_count(); ++c) {

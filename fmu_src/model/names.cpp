@@ -22,6 +22,7 @@ constexpr const char* kVariables[] = {
     "angularVelocity",
     "armature",
     "coefficient",
+    "contactPoint",
     "creepRate",
     "crossDamping",
     "crossStiffness",

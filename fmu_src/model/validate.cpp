@@ -41,6 +41,17 @@ void validate_pitch(const JointDef& j) {
   }
 }
 
+void validate_radius(const JointDef& j) {
+  if (j.type == JointType::rolling_disk) {
+    if (std::isnan(j.radius)) fail(j.name, " is a rolling disk without a radius; it must have one.");
+    if (!(j.radius > 0) || !std::isfinite(j.radius)) {
+      fail(j.name, ".radius is ", j.radius, " m; it must be finite, above 0.");
+    }
+  } else if (!std::isnan(j.radius)) {
+    fail(j.name, " has the radius ", j.radius, " m; joints of its type must have none.");
+  }
+}
+
 void validate_joint(const MultibodyDef& d, const JointDef& j) {
   check_frame(j.name + ".frame1", j.frame1);
   check_frame(j.name + ".frame2", j.frame2);
@@ -59,6 +70,7 @@ void validate_joint(const MultibodyDef& d, const JointDef& j) {
   }
   validate_length(d, j);
   validate_pitch(j);
+  validate_radius(j);
   check_point(j.name + ".reaction.point", j.reaction.point);
 }
 

@@ -30,7 +30,8 @@ struct BlockPattern {
   };
   int bodies = 0;
   std::vector<Unknown> unknowns;
-  std::vector<int> constraint_sizes;  // equations
+  std::vector<int> constraint_sizes;    // equations
+  std::vector<int> velocity_equations;  // of each constraint: its last ones that are of velocities alone
   // Blocks of M, C and K. Those of M come first: a pose with itself, body after body, then for each flexible body
   // (pose, modes), (modes, pose) and (modes, modes).
   std::vector<Pair> pairs;

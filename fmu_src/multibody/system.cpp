@@ -192,6 +192,21 @@ bool System::axes_agree(const Evaluation& e, int joint) const {
   return joints_[joint]->axes_agree(kinematics(e, constraints_[joint].at));
 }
 
+Vector3d System::touching_point(const Evaluation& e, int joint) const {
+  const Kinematics k = kinematics(e, constraints_[joint].at);
+  return joints_[joint]->disk()->touching_point(k[0], k[1]);
+}
+
+double System::tilt_of_disk(const Evaluation& e, int joint) const {
+  const RollingDisk* disk = joints_[joint]->disk();
+  const Kinematics k = kinematics(e, constraints_[joint].at);
+  return disk ? disk->contact(k[0], k[1]).sine : 1.0;
+}
+
+void System::clear_velocity_rows(Evaluation& e) const {
+  for (const auto& [offset, count] : velocity_rows_) e.B.segment(offset, count).setZero();
+}
+
 Joint::Reaction System::reaction(const Evaluation& e, int joint, const double* lambda) const {
   const auto& [element, at, first, rows] = constraints_[joint];
   const int m = element->equations();

@@ -86,6 +86,10 @@ class System {
   int constraint_count() const { return static_cast<int>(constraints_.size()); }
   const Constraint& constraint(int c) const { return *constraints_[c].element; }
   int lambda_index(int constraint) const { return constraints_[constraint].first; }
+  // Which of lambda belong to equations of velocities alone.
+  const std::vector<int>& velocity_equations() const { return velocity_equations_; }
+  // B := 0 for these, where positions are looked for.
+  void clear_velocity_rows(Evaluation& e) const;
   // Joints are the first constraints.
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const Joint& joint(int j) const { return *joints_[j]; }
@@ -105,6 +109,10 @@ class System {
   MovingLoad moving_load(const Evaluation& e, int m, const VectorXd& vdot, const VectorXd& lambda,
                          const Inputs& u) const;
   bool axes_agree(const Evaluation& e, int joint) const;
+  // Of a rolling disk: what touches the plane, in W [m]. The sine of the angle between disk and plane: at 0 no single
+  // point touches (1 for other joints).
+  Vector3d touching_point(const Evaluation& e, int joint) const;
+  double tilt_of_disk(const Evaluation& e, int joint) const;
   // Force and torque on body 2 (the node, where it attaches to one), as ReactionDef has them.
   Joint::Reaction reaction(const Evaluation& e, int joint, const double* lambda) const;
 
@@ -280,6 +288,11 @@ class System {
   std::vector<NodeFrame> node_frames_;             // the first ones are the ground and its frames that move
   std::vector<AttachedConstraint> constraints_;
   std::vector<PulledRows> pulled_rows_;
+  std::vector<int> velocity_equations_;
+  struct VelocityRows {
+    int offset, count;  // in Evaluation::B
+  };
+  std::vector<VelocityRows> velocity_rows_;
   std::vector<MovingFrame> moving_frames_;
   std::vector<MovingRows> moving_rows_;
   std::vector<MovingForce> moving_forces_;

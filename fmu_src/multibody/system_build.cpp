@@ -213,9 +213,21 @@ class System::Builder {
       s_.moving_rows_.push_back({moving, s_.constraint_size_, m, rows + 6 * m * i});
     }
     s_.pattern_.constraint_sizes.push_back(m);
+    velocity_equations(c, m, element->velocity_equations());
     s_.constraints_.push_back({std::move(element), std::move(at), s_.constraint_size_, rows});
     s_.constraint_size_ += m;
     return c;
+  }
+
+  // `count`: the last ones of constraint c, which has `equations`.
+  void velocity_equations(int c, int equations, int count) {
+    s_.pattern_.velocity_equations.push_back(count);
+    for (int i = equations - count; i < equations; ++i) s_.velocity_equations_.push_back(s_.constraint_size_ + i);
+    if (count == 0) return;
+    for (const auto& [constraint, unknown, offset] : s_.pattern_.incidences) {
+      const int size = s_.pattern_.unknowns[unknown].size;
+      if (constraint == c) s_.velocity_rows_.push_back({offset + (equations - count) * size, count * size});
+    }
   }
 
   void force(std::unique_ptr<Force> element, const std::vector<int>& frames) {

@@ -45,6 +45,12 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
     const int node = pattern.lambda_node(constraint), count = pattern.constraint_sizes[constraint];
     soft_.push_back({lu_->handle(node, node) + row * count + row, force});
   }
+  for (int c = 0; c < system.constraint_count(); ++c) {
+    const int node = pattern.lambda_node(c), count = pattern.constraint_sizes[c];
+    for (int row = count - pattern.velocity_equations[c]; row < count; ++row) {
+      velocity_diagonals_.push_back(lu_->handle(node, node) + row * (count + 1));
+    }
+  }
   const int n = system.velocity_size();
   for (VectorXd* x : {&zero_velocity_, &r_, &v_s_, &vdot_minus_, &vdot_plus_}) x->setZero(n);
   for (VectorXd* x : {&zero_lambda_, &lambda_s_, &gamma_, &defect_}) x->setZero(system.constraint_size());
@@ -52,7 +58,7 @@ ConsistentSolver::ConsistentSolver(const System& system, KktPlans plans)
   q_s_.setZero(system.position_size());
 }
 
-bool ConsistentSolver::factorize(double compliance) {
+bool ConsistentSolver::factorize(double compliance, bool positions) {
   lu_->clear(factorization_);
   const BlockPattern& pattern = system_.pattern();
   double* values = factorization_.values.data();
@@ -73,6 +79,9 @@ bool ConsistentSolver::factorize(double compliance) {
     }
   }
   for (const SoftEquation& soft : soft_) values[soft.place] -= compliance * soft.compliance;
+  if (positions) {
+    for (int diagonal : velocity_diagonals_) values[diagonal] -= 1;
+  }
   return lu_->factorize(factorization_);
 }
 
@@ -195,6 +204,7 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(const Inputs& u, 
   double previous = INFINITY;
   for (;; ++result.iterations) {
     system_.evaluate(q, zero_velocity_, u, evaluation_);
+    system_.clear_velocity_rows(evaluation_);
     result.residual = 0;
     for (int c = 0; c < system_.constraint_count(); ++c) {
       const auto phi = evaluation_.phi.segment(system_.lambda_index(c), system_.constraint(c).equations());
@@ -205,7 +215,7 @@ ConsistentSolver::Assembly ConsistentSolver::project_positions(const Inputs& u, 
     const bool reached = std::isfinite(result.residual) && result.residual <= kReached * scale;
     if (reached && (result.residual <= kRounding * scale || result.residual >= 0.5 * previous)) return result;
     result.possible = reached;
-    if (result.iterations == kMaxIterations || !std::isfinite(result.residual) || !factorize()) return result;
+    if (result.iterations == kMaxIterations || !std::isfinite(result.residual) || !factorize(1, true)) return result;
     previous = result.residual;
 
     motion().setZero();

@@ -51,7 +51,8 @@ class ConsistentSolver {
   [[nodiscard]] bool project_velocities(const VectorXd& q, const Inputs& u, VectorXd& v);
 
  private:
-  bool factorize(double compliance = 1);
+  // `positions`: without the equations of velocities alone, whose rows of B are zero then.
+  bool factorize(double compliance = 1, bool positions = false);
   void solve();
   bool soft() const { return !soft_.empty(); }
   double constraint_defect();
@@ -73,7 +74,8 @@ class ConsistentSolver {
     double compliance;
   };
   std::vector<SoftEquation> soft_;
-  VectorXd gamma_, defect_;  // -Z v - W and what B vdot misses of it
+  std::vector<int> velocity_diagonals_;  // in the factorization
+  VectorXd gamma_, defect_;              // -Z v - W and what B vdot misses of it
   Inputs u_;
   VectorXd q_s_, v_s_, lambda_s_, vdot_minus_, vdot_plus_;
 };

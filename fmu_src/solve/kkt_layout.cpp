@@ -128,6 +128,8 @@ BlockLU make_plan(const BlockPattern& pattern, Kkt form) {
     for (const auto& together : constraints) {  // B B^T
       for (int a : together) {
         for (int b : together) added.emplace_back(pattern.mu_node(a), pattern.mu_node(b));
+        if (pattern.velocity_equations[a] == 0) continue;
+        for (int b : together) added.emplace_back(pattern.lambda_node(a), pattern.mu_node(b));
       }
     }
     for (int c = 0; c < pattern.constraint_count(); ++c) {  // of soft constraints

@@ -1,6 +1,7 @@
 #include "solve/newton_matrix.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace sigmafmu {
@@ -61,9 +62,15 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
   const BlockPattern& pattern = system.pattern();
   for (const auto& [constraint, row, force, motion] : system.compliance().equations) {
     const int lambda = pattern.lambda_node(constraint), diagonal = row * (pattern.constraint_sizes[constraint] + 1);
-    SoftEquation soft{system.lambda_index(constraint) + row,  force, motion,
-                      lu_->handle(lambda, lambda) + diagonal, 0,     0};
-    if (stabilized()) {
+    const bool of_velocities = row >= pattern.constraint_sizes[constraint] - pattern.velocity_equations[constraint];
+    SoftEquation soft{system.lambda_index(constraint) + row,
+                      force,
+                      motion,
+                      lu_->handle(lambda, lambda) + diagonal,
+                      0,
+                      0,
+                      of_velocities};
+    if (stabilized() && !of_velocities) {
       const int mu = pattern.mu_node(constraint);
       soft.diagonal_mu = lu_->handle(mu, mu) + diagonal;
       soft.below = lu_->handle(mu, lambda) + diagonal;
@@ -108,7 +115,33 @@ NewtonMatrix::NewtonMatrix(const System& system, Formulation formulation, KktPla
       }
     }
   }
+  if (!system.velocity_equations().empty()) place_velocity_equations();
   S_ = system.make_evaluation().C;
+}
+
+void NewtonMatrix::place_velocity_equations() {
+  if (formulation_ == Formulation::index2) return;
+  const BlockPattern& pattern = system_.pattern();
+  for (std::size_t k = 0; k < pattern.incidences.size(); ++k) {
+    if (pattern.velocity_equations[pattern.incidences[k].constraint] == 0) continue;
+    velocity_incidences_.push_back(static_cast<int>(k));
+  }
+  if (!stabilized()) return;
+  std::set<std::pair<int, int>> pairs;  // of constraints that have an unknown in common
+  for (const auto& [a, b, block] : shared_) {
+    pairs.emplace(pattern.incidences[a].constraint, pattern.incidences[b].constraint);
+  }
+  for (auto [a, b] : pairs) {
+    const int count = pattern.velocity_equations[a], columns = pattern.constraint_sizes[b];
+    const int skipped = (pattern.constraint_sizes[a] - count) * columns;
+    if (count == 0) continue;
+    moved_.push_back({lu_->handle(pattern.mu_node(a), pattern.mu_node(b)) + skipped,
+                      lu_->handle(pattern.lambda_node(a), pattern.mu_node(b)) + skipped, count * columns});
+    if (a != b) continue;
+    for (int i = columns - count; i < columns; ++i) {
+      unit_diagonals_.push_back(lu_->handle(pattern.mu_node(a), pattern.mu_node(a)) + i * (columns + 1));
+    }
+  }
 }
 
 bool NewtonMatrix::factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
@@ -142,8 +175,33 @@ bool NewtonMatrix::factorize_of(const Evaluation& e, const Evaluation& start, co
       add_shared<N, 0>(a, b, e, start, tangents, f.values.data() + block);
     }
   }
+  if (!velocity_incidences_.empty()) write_velocity_equations<N>(e, step, tangents, f);
   if (soft()) add_compliance(step, f);
   return lu_->factorize(f);
+}
+
+// From the second and third rows of index 3 and of the stabilized form to what velocity equations have: B in that of
+// lambda becomes Z/gamma' + B U.
+template <int N>
+void NewtonMatrix::write_velocity_equations(const Evaluation& e, const StepScales& step, const BodyTangents& tangents,
+                                            Factorization& f) const {
+  const BlockPattern& pattern = system_.pattern();
+  const double inverse_gamma_prime = 1 / step.gamma_prime;
+  for (int k : velocity_incidences_) {
+    const auto& [constraint, unknown, offset] = pattern.incidences[k];
+    const int count = pattern.velocity_equations[constraint], size = pattern.unknowns[unknown].size;
+    const int skipped = (pattern.constraint_sizes[constraint] - count) * size;
+    double* row = f.values.data() + incidences_[k].row + skipped;
+    for (int i = 0; i < count * size; ++i) row[i] += inverse_gamma_prime * e.Z[offset + skipped + i];
+    if (pattern.unknowns[unknown].pose) {
+      add_product<N>(count, e.B.data() + offset + skipped, last<N>(tangents.U[unknown]) - Block<N>::Identity(), row);
+    }
+    if (stabilized()) std::fill_n(f.values.data() + incidences_[k].row_mu + skipped, count * size, 0.0);
+  }
+  for (const auto& [from, to, count] : moved_) {
+    for (int i = 0; i < count; ++i) f.values[to + i] += std::exchange(f.values[from + i], 0.0);
+  }
+  for (int diagonal : unit_diagonals_) f.values[diagonal] = 1;
 }
 
 void NewtonMatrix::add_compliance(const StepScales& step, Factorization& f) const {
@@ -151,7 +209,7 @@ void NewtonMatrix::add_compliance(const StepScales& step, Factorization& f) cons
   for (const SoftEquation& soft : soft_) {
     const double e = factor * soft.force;
     f.values[soft.diagonal] -= e;
-    if (!stabilized()) continue;
+    if (!stabilized() || soft.of_velocities) continue;
     f.values[soft.below] += e;
     f.values[soft.diagonal_mu] += soft.motion;
   }
@@ -268,6 +326,10 @@ void NewtonMatrix::right_side(const Evaluation& e, const VectorXd& r, const Step
     lambda[k] = velocities ? -rate : -e.phi[k];
     if (both) mu[k] = e.phi[k] - rate;
   }
+  for (int k : system_.velocity_equations()) {
+    lambda[k] = -e.phidot[k] / step.gamma_prime;
+    if (both) mu[k] = 0;
+  }
 }
 
 void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, const StepScales& step,
@@ -276,7 +338,7 @@ void NewtonMatrix::add_compliance(const VectorXd& lambda, const VectorXd& mu, co
   for (const SoftEquation& soft : soft_) {
     const double yielding = factor * soft.force * step.scale * lambda[soft.index];
     x[first_lambda() + soft.index] += yielding;
-    if (stabilized()) x[first_mu() + soft.index] -= yielding + soft.motion * mu[soft.index];
+    if (stabilized() && !soft.of_velocities) x[first_mu() + soft.index] -= yielding + soft.motion * mu[soft.index];
   }
 }
 

@@ -15,6 +15,10 @@
 // second row is subtracted from the third, so that only small terms couple mu to the motion. Index 2 has the third row
 // in place of the second.
 //
+// Equations of velocities alone have the third row in place of the second in every form, and their mu is zero: B_n has
+// no rows for them (System::clear_velocity_rows), and what their third row would have in the columns of mu is in the
+// second.
+//
 // Constraints whose equations depend on each other have a compliance (multibody/constraints/compliance.h): -e in the
 // second row's column of lambda, d in the third one's of mu, and after the subtraction e in that of lambda.
 #pragma once
@@ -52,7 +56,8 @@ class NewtonMatrix {
   NewtonMatrix(const System& system, Formulation formulation, KktPlans plans = {}, double least_scale = 0);
 
   Factorization make_factorization() const { return lu_->make_factorization(); }
-  // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step.
+  // `e` holds C, K, B, Z at the iterate, `start` B_n, the constraint gradients at the start of the step without those
+  // of velocity equations.
   [[nodiscard]] bool factorize(const Evaluation& e, const Evaluation& start, const StepScales& step,
                                const BodyTangents& tangents, Factorization& f);
   // Unknowns: motion increments, laid out as v, then those of lambda, then those of mu.
@@ -78,6 +83,11 @@ class NewtonMatrix {
   template <int N, int Size>
   void add_shared(int a, int b, const Evaluation& e, const Evaluation& start, const BodyTangents& tangents,
                   double* block);
+
+  void place_velocity_equations();
+  template <int N>
+  void write_velocity_equations(const Evaluation& e, const StepScales& step, const BodyTangents& tangents,
+                                Factorization& f) const;
 
   void add_compliance(const StepScales& step, Factorization& f) const;
   // What e is multiplied by.
@@ -110,12 +120,20 @@ class NewtonMatrix {
     int index;
     double force, motion;
     int diagonal, diagonal_mu, below;  // (lambda, lambda), (mu, mu), (mu, lambda)
+    bool of_velocities;                // alone: with none of the last two
+  };
+  // Rows of a (mu, mu) block that belong into the (lambda, mu) block.
+  struct MovedRows {
+    int from, to, count;
   };
   const System& system_;
   Formulation formulation_;
   double least_scale_;
   std::shared_ptr<const BlockLU> lu_;
   std::vector<SoftEquation> soft_;
+  std::vector<int> velocity_incidences_;  // of constraints with velocity equations, but in index 2
+  std::vector<MovedRows> moved_;
+  std::vector<int> unit_diagonals_;  // (mu, mu)
   std::vector<int> pairs_;
   std::vector<Incident> incidences_;
   std::vector<Shared> shared_;

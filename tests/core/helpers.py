@@ -222,6 +222,11 @@ def relative_pose(kind: _core.JointType, free: np.ndarray) -> np.ndarray:
         # bent by less than a right angle, where the joint is far from its limit
         Type.constant_velocity: (0 * z, Rotation.from_rotvec(0.3 * np.array([free[0], free[1], 0.0]))),
         Type.point_in_plane: (free[0] * x + free[1] * y, any_turn),
+        # heading, lean and turn; far from lying flat
+        Type.rolling_disk: (
+            free[2] * x - 0.4 * free[0] * y + RADIUS * np.sin(LEAN) * z,
+            about_z * Rotation.from_rotvec(LEAN * x) * Rotation.from_rotvec(free[1] * z),
+        ),
     }[kind]
     return pose(place, turn.as_matrix())
 
@@ -230,6 +235,8 @@ LEAD = 0.5
 """Of the screws of these tests [m/rad]."""
 LENGTH = 0.8
 """Of the distance joints of these tests [m]."""
+RADIUS, LEAN = 0.4, 1.1
+"""Of the rolling disks of these tests [m], and the angle between their axis and the normal where they touch [rad]."""
 COORDINATES = {
     Type.revolute: 1,
     Type.universal: 2,
@@ -242,17 +249,28 @@ COORDINATES = {
     Type.point_in_plane: 2,
 }
 """How many coordinates a joint has, the first of the `free` ones of `relative_pose`; other types have none."""
-EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4, 3, 1, 2, 0, 5, 4, 1), strict=True))
+EQUATIONS = dict(zip(JOINT_TYPES, (3, 5, 4, 5, 6, 4, 3, 1, 2, 0, 5, 4, 1, 3), strict=True))
+VELOCITY_EQUATIONS = {Type.rolling_disk: 2}
+"""How many of them, the last ones, are of velocities alone, if any."""
 
 
 def make_joint(name: str, kind: _core.JointType, *bodies_and_frames: Any) -> _core.Joint:
-    """A joint; those that keep a distance keep LENGTH, screws have the pitch of LEAD."""
+    """A joint; those that keep a distance keep LENGTH, screws have the pitch of LEAD, disks RADIUS."""
     joint = _core.Joint(name, kind, *bodies_and_frames)
     if kind == Type.screw:
         joint.pitch = 2 * np.pi * LEAD
     if kind == Type.distance:
         joint.length = LENGTH
+    if kind == Type.rolling_disk:
+        joint.radius = RADIUS
     return joint
+
+
+def to_touching_point(frame1: np.ndarray, frame2: np.ndarray) -> np.ndarray:
+    """From the centre of a rolling disk to where it touches the plane, by the axes (columns) of both frames in W."""
+    normal, axis = frame1[:, 2], frame2[:, 2]
+    up = normal - axis * (normal @ axis)
+    return -RADIUS * up / np.linalg.norm(up)
 
 
 @dataclass

@@ -119,6 +119,8 @@ def newton(rng, definition, q, formulation, own):
     r = system.residual(q, v, vdot, multipliers, u)
     phi, rate, B, Z = system.constraints(q, v)
     start = system.constraints(q_n, v)[2]
+    of_velocities = system.velocity_equations  # alone: rows of rates in every form, and no mu
+    start[of_velocities] = 0
     U, P_inverse = embedded(U, n, True), embedded(P_inverse, n, True)
     E, F = embedded(E, n, False), embedded(F, n, False)
     kappa, damping = scale * beta, scale * gamma
@@ -132,10 +134,17 @@ def newton(rng, definition, q, formulation, own):
         D = kappa * M @ (P_inverse + F) + damping * np.where(own, C, 0) @ P_inverse  # of bodies, not between them
         matrix = np.block([[dynamics, B.T, D @ start.T], [B, -e, none], [rates, none, B @ P_inverse @ start.T + d]])
         right = np.concatenate([-scale * r, yielding - phi, -rate / gamma - d @ mu])
+        for row in of_velocities:
+            second, third = n + row, n + m + row
+            matrix[second, :n], matrix[second, n + m :] = matrix[third, :n], matrix[third, n + m :]
+            right[second] = (yielding - rate / gamma)[row]
+            matrix[third], right[third] = np.eye(len(matrix))[third], 0.0
     else:
         index3 = formulation == FORMULATIONS["index3"]
         matrix = np.block([[dynamics, B.T], [B if index3 else rates, -e]])
         right = np.concatenate([-scale * r, yielding - (phi if index3 else rate / gamma)])
+        for row in of_velocities:
+            matrix[n + row, :n], right[n + row] = rates[row], (yielding - rate / gamma)[row]
     x = np.linalg.solve(matrix, right)
     return found, (x[:n], multipliers + x[n : n + m] / scale, mu + (x[n + m :] if len(x) > n + m else 0)), scale
 

@@ -17,11 +17,14 @@ from .helpers import (
     Rotation,
     Type,
     assert_close,
+    frame_pose,
     make_joint,
+    pose,
     property_test,
     random_tree,
     rotation_of,
     seeds,
+    to_touching_point,
 )
 
 HERE = _core.Frame(np.zeros(3), np.eye(3))
@@ -216,11 +219,13 @@ def test_reactions_move_every_body_as_newton_and_euler_say(seed):
     v = system.project_velocities(tree.q, rng.uniform(-1, 1, system.velocity_size))
     vdot, multipliers = system.accelerations(tree.q, v, np.zeros(system.input_size))
     forces, torques = np.zeros((2, 5, 3))  # of W, about W's origin; the last body is the ground
-    for j, (_, one, _, two, frame) in enumerate(tree.joints):
+    placed = [*(pose(x[:3], rotation_of(x).as_matrix()) for x in tree.q.reshape(-1, 7)), np.eye(4)]
+    for j, (kind, one, frame1, two, frame2) in enumerate(tree.joints):
         force, torque = system.reaction(tree.q, v, multipliers, j)
-        at = frame.origin
-        if two != GROUND:
-            at = tree.q[7 * two : 7 * two + 3] + rotation_of(tree.q[7 * two : 7 * two + 7]).apply(at)
+        first, second = placed[one] @ frame_pose(frame1), placed[two] @ frame_pose(frame2)
+        at = second[:3, 3]
+        if kind == Type.rolling_disk:
+            at = at + to_touching_point(first[:3, :3], second[:3, :3])
         for sign, side in ((1, two), (-1, one)):
             forces[side] += sign * force
             torques[side] += sign * (torque + np.cross(at, force))
@@ -240,14 +245,15 @@ def test_reactions_move_every_body_as_newton_and_euler_say(seed):
 
 @pytest.mark.parametrize("kind", JOINT_TYPES, ids=lambda t: t.name)
 def test_coordinates_have_names_in_the_fmu_and_in_files(kind):
-    joint = make_joint("j", kind, GROUND, HERE, 0, HERE)
+    upright = _core.Frame(np.zeros(3), np.eye(3)[[1, 2, 0]])  # a disk must not lie flat
+    joint = make_joint("j", kind, GROUND, HERE, 0, upright if kind == Type.rolling_disk else HERE)
     count = COORDINATES.get(kind, 0)
     joint.initial_coordinates = [0.1 * k if k < count else np.nan for k in range(3)]
     joint.initial_rates = [0.2 * k if k < count else np.nan for k in range(3)]
     m = mechanism(body("b", position=(1.0, 0, 0)), joint)
     text = _core.to_json(m)
     assert _core.to_json(_core.from_json(text)) == text
-    keys = {"name", "type", "bodies", "frame1", "frame2", "length", "pitch"}
+    keys = {"name", "type", "bodies", "frame1", "frame2", "length", "pitch", "radius"}
     assert len(set(json.loads(text)["joints"][0]) - keys) == 2 * count
     names = _core.Slave(m).names
     values = [name for name in names if re.fullmatch(r"j\.(angle|displacement)\d?", name)]

@@ -18,6 +18,7 @@ from .helpers import (
     JOINT_TYPES,
     LEAD,
     LENGTH,
+    VELOCITY_EQUATIONS,
     assert_close,
     coordinates,
     derivative,
@@ -34,6 +35,7 @@ from .helpers import (
     rotation_of,
     second_derivative,
     seeds,
+    to_touching_point,
 )
 
 Type = _core.JointType
@@ -71,6 +73,21 @@ class Case:
         second = first @ one @ relative @ np.linalg.inv(two)
         placed = {self.pair[0]: first, self.pair[1]: second}
         return coordinates(*(placed[i] for i in range(self.bodies)))
+
+    def anywhere(self):
+        """Any q, but for disks that nearly lie flat."""
+        while True:
+            q = random_coordinates(self.rng, self.bodies)
+            tilt = np.linalg.norm(np.cross(self.axes(q, 0)[:, 2], self.axes(q, 1)[:, 2]))
+            if self.type != Type.rolling_disk or tilt > 0.3:
+                return q
+
+    def acting_point(self, q):
+        """Where the reaction acts on body 2, in W: its origin, or the point of contact of a disk."""
+        centre = self.origin(q, 1)
+        if self.type != Type.rolling_disk:
+            return centre
+        return centre + to_touching_point(self.axes(q, 0), self.axes(q, 1))
 
     def axes(self, q, side):
         """Axes (columns) of the joint's frame of body 1 or 2 (side 0, 1), in W."""
@@ -129,13 +146,17 @@ def test_number_of_equations(kind, pair):
 def test_derivatives_of_the_constraint(kind, pair, seed):
     """B = dΦ/d(motion), Φ' = B v = dΦ/dt, Z = dΦ'/d(motion), anywhere: the joint need not be assembled."""
     case = make(kind, pair, seed)
-    system, q, v = case.system, random_coordinates(case.rng, case.bodies), case.motion()
-    _, rate, gradient, rate_gradient = system.constraints(q, v)
-    size = 6 * case.bodies
-    assert_close(gradient, jacobian(lambda x: system.constraints(system.compose(q, x), v)[0], size), DIFFERENCES)
+    system, q, v = case.system, case.anywhere(), case.motion()
+    phi, rate, gradient, rate_gradient = system.constraints(q, v)
+    size, of_positions = 6 * case.bodies, EQUATIONS[kind] - VELOCITY_EQUATIONS.get(kind, 0)
+    by_motion = jacobian(lambda x: system.constraints(system.compose(q, x), v)[0], size)
+    by_time = derivative(lambda t: system.constraints(system.compose(q, t * v), v)[0])
+    assert_close(gradient[:of_positions], by_motion[:of_positions], DIFFERENCES)
     assert_close(rate_gradient, jacobian(lambda x: system.constraints(system.compose(q, x), v)[1], size), DIFFERENCES)
     assert_close(rate, gradient @ v, 8 * EPS)
-    assert_close(rate, derivative(lambda t: system.constraints(system.compose(q, t * v), v)[0]), DIFFERENCES)
+    assert_close(rate[:of_positions], by_time[:of_positions], DIFFERENCES)
+    assert not phi[of_positions:].any()  # what is of velocities alone has no Φ
+    assert system.velocity_equations == list(range(of_positions, EQUATIONS[kind]))
 
 
 @every_joint
@@ -144,10 +165,14 @@ def test_derivatives_of_the_constraint(kind, pair, seed):
 def test_second_time_derivative_of_the_constraint(kind, pair, seed):
     """Φ'' = B v' + Z v along a motion q ∘ exp(t v + t²/2 v'), whose velocity is v + t v' + O(t²)."""
     case = make(kind, pair, seed)
-    system, q, v, vdot = case.system, random_coordinates(case.rng, case.bodies), case.motion(), case.motion()
+    system, q, v, vdot = case.system, case.anywhere(), case.motion(), case.motion()
     _, _, gradient, rate_gradient = system.constraints(q, v)
-    h = 4e-3 if kind == Type.screw else 1e-2  # a thread makes waves along its axis
+    h = 4e-3 if kind in (Type.screw, Type.rolling_disk) else 1e-2  # a thread makes waves along its axis
     second = second_derivative(lambda t: system.constraints(system.compose(q, t * v + 0.5 * t * t * vdot), v)[0], h)
+    last = EQUATIONS[kind] - VELOCITY_EQUATIONS.get(kind, 0)
+    second[last:] = derivative(  # that of Φ' is all they have
+        lambda t: system.constraints(system.compose(q, t * v + 0.5 * t * t * vdot), v + t * vdot)[1]
+    )[last:]
     assert_close(gradient @ vdot + rate_gradient @ v, second, 1e-9)  # rounding, see second_derivative
 
 
@@ -157,7 +182,7 @@ def test_second_time_derivative_of_the_constraint(kind, pair, seed):
 def test_stiffness_of_the_reaction_and_of_the_motor(kind, pair, seed):
     """K = d(Bᵀλ - motor force)/d(motion) as part of the residual; C has the gyroscopic term alone."""
     case = make(kind, pair, seed)
-    system, q, v, vdot = case.system, random_coordinates(case.rng, case.bodies), case.motion(), case.motion()
+    system, q, v, vdot = case.system, case.anywhere(), case.motion(), case.motion()
     multipliers = case.rng.uniform(-10, 10, system.constraint_size)
     inputs = case.rng.uniform(-10, 10, system.input_size)
     _, damping, stiffness = system.linearization(q, v, multipliers, inputs)
@@ -176,7 +201,7 @@ def test_stiffness_of_the_reaction_and_of_the_motor(kind, pair, seed):
 def test_multipliers_act_through_the_gradient(kind, pair, seed):
     """The multipliers' share of the residual is Bᵀλ."""
     case = make(kind, pair, seed)
-    system, q, v = case.system, random_coordinates(case.rng, case.bodies), case.motion()
+    system, q, v = case.system, case.anywhere(), case.motion()
     zero, inputs = np.zeros(6 * case.bodies), np.zeros(system.input_size)
     multipliers = case.rng.uniform(-10, 10, system.constraint_size)
     share = system.residual(q, v, zero, multipliers, inputs) - system.residual(q, v, zero, 0 * multipliers, inputs)
@@ -200,7 +225,7 @@ def test_assembled_joint_satisfies_its_equations(kind, pair, seed, free):
 def free_motions(case, q):
     """Basis of all velocities that the joint allows, made from what the joint is: rows."""
     one, two = case.axes(q, 0), case.axes(q, 1)
-    at = case.origin(q, 1)
+    at = case.acting_point(q)
     zero = np.zeros(3)
     turns = [(zero, X), (zero, Y), (zero, Z)]
     free = {
@@ -217,6 +242,7 @@ def free_motions(case, q):
         Type.screw: [(LEAD * one[:, 2], one[:, 2])],
         Type.constant_velocity: [(zero, e) for e in null_space([one[:, 2] + two[:, 2]]).T],
         Type.point_in_plane: [*turns, (one[:, 0], zero), (one[:, 1], zero)],
+        Type.rolling_disk: turns,
     }[case.type]
     moving = case.pair[1] if case.pair[1] != GROUND else case.pair[0]
     relative = [case.twist(q, moving, velocity, angular, at) for velocity, angular in free]
@@ -346,7 +372,7 @@ def test_reaction_is_the_force_on_body_2_and_does_no_work(kind, pair, seed, free
     velocity, angular = case.rng.uniform(-1, 1, (2, 3))
     for body, sign in zip(pair, (-1, 1), strict=True):  # the opposite acts on body 1
         if body != GROUND:
-            twist = case.twist(q, body, velocity, angular, case.origin(q, 1))
+            twist = case.twist(q, body, velocity, angular, case.acting_point(q))
             power = sign * (force @ velocity + torque @ angular)
             assert_close(power, -multipliers @ gradient @ twist, ROUNDING, scale=10)
     one, two = case.axes(q, 0), case.axes(q, 1)
@@ -374,6 +400,9 @@ def test_reaction_is_the_force_on_body_2_and_does_no_work(kind, pair, seed, free
         assert_close(np.cross(torque, one[:, 2] + two[:, 2]), np.zeros(3), ROUNDING, scale=10)
     if kind == Type.point_in_plane:
         assert_close([*(force @ one[:, :2]), *torque], np.zeros(5), ROUNDING, scale=10)
+    if kind == Type.rolling_disk:
+        assert_close(torque, np.zeros(3), ROUNDING, scale=10)
+        assert_close(multipliers, -one[:, [2, 0, 1]].T @ force, ROUNDING, scale=10)
     if kind == Type.free:
         assert_close([*force, *torque], np.zeros(6), ROUNDING)
 
@@ -395,7 +424,7 @@ def test_reaction_about_another_point_in_other_axes(kind, pair, seed, free):
             place = case.origin(q, side) + case.axes(q, side) @ point
             R = np.eye(3) if axes == Axes.ground else case.axes(q, 0 if axes == Axes.frame1 else 1)
             assert_close(told[0], R.T @ force, ROUNDING, scale=10)
-            assert_close(told[1], R.T @ (torque + np.cross(case.origin(q, 1) - place, force)), ROUNDING, scale=50)
+            assert_close(told[1], R.T @ (torque + np.cross(case.acting_point(q) - place, force)), ROUNDING, scale=50)
 
 
 # --- frames ----------------------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ def deviations(linear, centre, neighbour):
         owner, _, kind = coordinate.name.rpartition(".")
         body, axis = int(owner.removeprefix("body")), int(kind[-2]) - 1
         positions.append(vectors[kind[:-3]][body, axis])
-    rates = (all_.rates(q, v) - all_.rates(q0, v0))[linear.selection.indices]
+    rates = (all_.rates(q, v) - all_.rates(q0, v0))[linear.moving.indices]
     return np.concatenate([positions, rates])
 
 

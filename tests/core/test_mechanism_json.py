@@ -211,7 +211,7 @@ def drop(*path):
 
 TYPES = (
     "spherical, revolute, universal, prismatic, fixed, cylindrical, planar, distance, point_on_line, free, screw, "
-    "constant_velocity or point_in_plane"
+    "constant_velocity, point_in_plane or rolling_disk"
 )
 WRONG = {
     "no object": (lambda d: [], "The mechanism is []; it must be an object."),

@@ -241,7 +241,8 @@ def test_joints_of_moving_frames(kind, turned, seed):
         at_time(system, time)
         return result
 
-    assert_close(rate, derivative(lambda t: moved(t, 0)), 1e-8)
+    of_positions = np.delete(np.arange(system.constraint_size), system.velocity_equations)
+    assert_close(rate[of_positions], derivative(lambda t: moved(t, 0))[of_positions], 1e-8)
     assert_close(gradient @ vdot + rate_gradient @ v + explicit, derivative(lambda t: moved(t, 1)), 1e-8)
     for k in range(COORDINATES.get(kind, 0)):
 

@@ -71,6 +71,27 @@ class Minimal:
         assert found.success
         return found.y[:n].T, found.y[n:].T
 
+    def rolling(
+        self, q: np.ndarray, u: np.ndarray, times: np.ndarray, allowed: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates where these are N(q) u alone: Nᵀ (M (N u' + N' u) - f) = 0."""
+        n = len(q)
+
+        def rhs(_: float, y: np.ndarray) -> np.ndarray:
+            q, u = y[:n], y[n:]
+            N = allowed(q)
+            v = N @ u
+            speed = np.linalg.norm(v)
+            turning = speed * FIRST @ np.array([allowed(q + s * v / speed) @ u for s in OFFSETS])
+            M, f = self.equations(q, v)
+            return np.concatenate([v, np.linalg.solve(N.T @ M @ N, N.T @ (f - M @ turning))])
+
+        start = np.concatenate([q, u])
+        found = solve_ivp(rhs, (times[0], times[-1]), start, "DOP853", times, rtol=1e-10, atol=1e-11)
+        assert found.success
+        q = found.y[:n].T
+        return q, np.array([allowed(x) @ y for x, y in zip(q, found.y[n:].T, strict=True)])
+
     def drive(self, q: np.ndarray, v: np.ndarray, vdot: np.ndarray) -> np.ndarray:
         """Generalized forces that such a motion takes."""
         M, f = self.equations(q, v)

@@ -1,5 +1,7 @@
 """Mechanisms of the library, told once more as `few_coordinates` has it: from the numbers of their files alone."""
 
+from collections.abc import Callable
+
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
@@ -218,3 +220,23 @@ def cardan_shaft() -> Minimal:
         return origins, np.stack([about(X, angle), shaft, shaft, output], -3)
 
     return minimal(content, places)
+
+
+def rolling_coin() -> tuple[Minimal, Callable[[np.ndarray], np.ndarray]]:
+    """By place, heading, lean and turn, R = Rz Rx Ry; and N, with which it rolls for rates of the last three."""
+    content = file("RollingCoin")
+    r = content["joints"]["table"]["radius"]
+
+    def places(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, y, heading, lean, turn = np.moveaxis(q, -1, 0)
+        R = about(Z, heading) @ about(X, lean) @ about(Y, turn)
+        return np.stack([x, y, r * np.cos(lean)], -1)[..., None, :], R[..., None, :, :]
+
+    def allowed(q: np.ndarray) -> np.ndarray:
+        """The centre moves as w x r e, e from the point of contact to it."""
+        heading, lean = q[2:4]
+        ahead, aside = (turned(heading * Z) @ axis for axis in (X, Y))
+        along = r * np.array([np.sin(lean) * ahead, -np.cos(lean) * aside, ahead])
+        return np.vstack([along[:, :2].T, np.eye(3)])
+
+    return minimal(content, places), allowed

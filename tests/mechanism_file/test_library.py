@@ -19,6 +19,7 @@ FILES = sorted(path.stem for path in LIBRARY.glob("*.yaml"))
 DEGREES = {
     "AndrewsSqueezer": 1,
     "BevelDifferential": 2,
+    "Bicycle": 3,
     "Bricard": 1,
     "CardanShaft": 0,
     "Chain10": 30,
@@ -35,6 +36,7 @@ DEGREES = {
     "PlanarFourBar": 1,
     "PlanetaryGear": 2,
     "RobotArm": 7,
+    "RollingCoin": 3,
     "SliderCrank": 1,
     "StewartPlatform": 6,
 }

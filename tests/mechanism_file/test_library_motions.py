@@ -203,3 +203,22 @@ def test_a_jeffcott_rotor_grows_as_its_pole_says():
     expected = np.column_stack([z.real, z.imag])
     names = ["disk.position[1]", "disk.position[2]"]
     assert_second_order("JeffcottRotor", names, times, 1e-3, expected, 1e-5)
+
+
+def test_a_coin_that_rolls():
+    minimal, allowed = motions.rolling_coin()
+    times = np.linspace(0, 0.4, 11)
+    lean, heading = np.pi / 6, 3 / np.cos(np.pi / 6)
+    u = np.array([heading, 1.0, 15 - heading * np.sin(lean)])
+    q, v = minimal.rolling(np.array([0, 0, 0, lean, 0]), u, times, allowed)
+    x, R = minimal.places(q)
+    assert np.ptp(q, axis=0).min() > 0.05  # all of it moves
+    names = vectors("coin.position", "coin.velocity", "coin.angularVelocity", "table.contactPoint")
+    R, (heading, lean, turn) = R[:, 0], v[:, 2:].T
+    ahead = motions.turned(q[:, 2, None] * motions.Z)[:, :, 0]
+    spin = heading[:, None] * motions.Z + lean[:, None] * ahead + turn[:, None] * R[:, :, 1]
+    velocity = np.column_stack([v[:, :2], -0.1 * np.sin(q[:, 3]) * v[:, 3]])
+    touching = x[:, 0] - 0.1 * np.cross(ahead, R[:, :, 1])
+    expected = np.column_stack([x[:, 0], velocity, np.einsum("tij,ti->tj", R, spin), touching])
+    assert np.abs(touching[:, 2]).max() < 1e-12
+    assert_second_order("RollingCoin", names, times, 1e-3, expected, 2e-3)

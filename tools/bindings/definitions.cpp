@@ -38,7 +38,8 @@ void bind_definitions(nb::module_& m) {
       .value("free", JointType::free)
       .value("screw", JointType::screw)
       .value("constant_velocity", JointType::constant_velocity)
-      .value("point_in_plane", JointType::point_in_plane);
+      .value("point_in_plane", JointType::point_in_plane)
+      .value("rolling_disk", JointType::rolling_disk);
   nb::enum_<ReactionDef::At>(m, "ReactionAt")
       .value("frame1", ReactionDef::At::frame1)
       .value("frame2", ReactionDef::At::frame2);
@@ -108,14 +109,15 @@ void bind_definitions(nb::module_& m) {
       .def(
           "__init__",
           [](JointDef* j, std::string name, JointType type, int body1, const Frame& frame1, int body2,
-             const Frame& frame2, double length, double pitch, const ReactionDef& reaction) {
+             const Frame& frame2, double length, double pitch, const ReactionDef& reaction, double radius) {
             new (j) JointDef{std::move(name), type, body1, frame1, body2, frame2};
             j->length = length;
             j->pitch = pitch;
             j->reaction = reaction;
+            j->radius = radius;
           },
           "name"_a, "type"_a, "body1"_a, "frame1"_a, "body2"_a, "frame2"_a, "length"_a = JointDef::kNotSet,
-          "pitch"_a = JointDef::kNotSet, "reaction"_a = ReactionDef{})
+          "pitch"_a = JointDef::kNotSet, "reaction"_a = ReactionDef{}, "radius"_a = JointDef::kNotSet)
       .def_rw("name", &JointDef::name)
       .def_rw("type", &JointDef::type)
       .def_ro("body1", &JointDef::body1)
@@ -126,6 +128,7 @@ void bind_definitions(nb::module_& m) {
       .def_rw("initial_rates", &JointDef::initial_rates, "nan: not set")
       .def_rw("length", &JointDef::length, "Of a distance joint [m]; nan: what it is at the start.")
       .def_rw("pitch", &JointDef::pitch, "Of a screw: the displacement of a turn [m].")
+      .def_rw("radius", &JointDef::radius, "Of a rolling disk [m].")
       .def_rw("reaction", &JointDef::reaction)
       .def("word", &JointDef::word, "coordinate"_a, "of_angle"_a, "of_displacement"_a,
            "What a variable of one of its coordinates is called.");

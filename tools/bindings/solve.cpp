@@ -134,6 +134,7 @@ struct NewtonIteration {
     const StepScales scales{gamma_prime, beta_prime, scale};
     VectorXd r(system.velocity_size()), x(matrix.size());
     system.evaluate(q_n, v, u, start);
+    system.clear_velocity_rows(start);
     system.evaluate(q, v, u, at);
     system.constraint_rates(u, at);
     system.residual(at, vdot, lambda, u, r);

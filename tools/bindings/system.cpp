@@ -251,7 +251,8 @@ void bind_system(nb::module_& m) {
       .def_ro("independent", &Freedom::independent)
       .def_ro("groups", &Freedom::groups)
       .def_ro("margin", &Freedom::margin, "Smallest part of an equation that is perpendicular to those before it.")
-      .def_prop_ro("degrees", &Freedom::degrees)
+      .def_prop_ro("degrees", &Freedom::degrees, "Of velocities.")
+      .def_prop_ro("degrees_of_positions", &Freedom::degrees_of_positions)
       .def("__str__", &summary);
   m.def("freedom", &initial_freedom, "multibody"_a, "Degrees of freedom and dependent equations at the start.");
   nb::class_<Inputs>(m, "Inputs")
@@ -265,6 +266,9 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("position_size", [](const PySystem& s) { return s.system.position_size(); })
       .def_prop_ro("velocity_size", [](const PySystem& s) { return s.system.velocity_size(); })
       .def_prop_ro("constraint_size", [](const PySystem& s) { return s.system.constraint_size(); })
+      .def_prop_ro(
+          "velocity_equations", [](const PySystem& s) { return s.system.velocity_equations(); },
+          "Indices of the constraints that are of velocities alone.")
       .def_prop_ro("input_size", [](const PySystem& s) { return s.system.input_size(); })
       .def(
           "motor_index",

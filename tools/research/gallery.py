@@ -42,6 +42,7 @@ class Take:
 TAKES = {
     "AndrewsSqueezer": Take(0.03),
     "BevelDifferential": Take(1.0),
+    "Bicycle": Take(0.5),
     "Bricard": Take(3.0),
     "CardanShaft": Take(0.5),
     "Chain10": Take(2.0),
@@ -59,6 +60,7 @@ TAKES = {
     "PlanarFourBar": Take(2.0),
     "PlanetaryGear": Take(1.0),
     "RobotArm": Take(1.0),
+    "RollingCoin": Take(1.0),
     "SliderCrank": Take(1.1, keys="a", names=True),
     "SpinUpBeam": Take(6.0, deformation=0.5, settings={"hubPivot.motorTorque": 200.0}),
     "StewartPlatform": Take(1.0, settings={"leg1.actuatorForce": 2000.0, "leg2.actuatorForce": -2000.0}),

@@ -90,7 +90,8 @@ bool NewtonMethod::factorize(const StepStart& start, const StepScales& scales, c
                              const Iterate& at, State& s, StepFailure& failure) {
   const System& system = problem_.system;
   ++s.counters.jacobian_evaluations;
-  if (!problem_.settings.is(Formulation::index3)) system.constraint_rates(start.u, evaluation_);
+  const bool of_velocities = !problem_.settings.is(Formulation::index3) || !system.velocity_equations().empty();
+  if (of_velocities) system.constraint_rates(start.u, evaluation_);
   system.linearize(at.vdot(), at.lambda, start.u, evaluation_);
   matrix_is_new_ = true;
   if (matrix_.factorize(evaluation_, start.evaluation, scales, tangents, factorization_)) return true;

@@ -38,6 +38,7 @@ bool StepEnds::begin(State& s, double h, double memory, const InputSignal& input
   if (problem_.stabilized) {
     input.drives(s.elapsed, s.turned, u_);
     problem_.system.evaluate(s.q, s.v, u_, start.evaluation);
+    if (!problem_.system.velocity_equations().empty()) problem_.system.clear_velocity_rows(start.evaluation);
   }
   return true;
 }

@@ -26,7 +26,7 @@ struct StepStart {
   VectorXd V, Vdot;       // V_n, Vdot_n
   VectorXd lambda;        // lambda_n
   Inputs u;               // at the end of the step
-  Evaluation evaluation;  // has B(q_n), in the stabilized index-2 form alone
+  Evaluation evaluation;  // has B(q_n) but for velocity equations, in the stabilized index-2 form alone
 };
 
 // The constants of the equations above: what tells methods apart.

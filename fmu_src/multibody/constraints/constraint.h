@@ -4,6 +4,9 @@
 //
 //   Phi'' = B vdot + Z v + W.
 //
+// Its last equations may be of velocities alone, as rolling without slip: B v + Phi_t = 0 with a B that is no gradient,
+// and a Phi that is always zero. Every formulation holds them as index 2 holds all.
+//
 // A constraint sees the kinematics of its frames and writes rows for their velocities and motions; the System turns
 // them into rows for the unknowns (frame.h). The multipliers act with the forces -B^T lambda.
 #pragma once
@@ -22,6 +25,7 @@ class Constraint {
   int equations() const { return equations_; }
   // The first ones [m], the others of directions or angles [1].
   int length_equations() const { return length_equations_; }
+  int velocity_equations() const { return velocity_equations_; }
   // Whether d(B^T lambda)/d(motion) has blocks between different frames.
   bool couples_frames() const { return couples_frames_; }
   virtual int frame_count() const = 0;
@@ -35,7 +39,7 @@ class Constraint {
   virtual void stiffness(const Inputs& u, const Kinematics& k, const double* lambda, const FramePairs& K) const = 0;
 
  protected:
-  int equations_ = 0, length_equations_ = 0;
+  int equations_ = 0, length_equations_ = 0, velocity_equations_ = 0;
   bool couples_frames_ = false;
 };
 

@@ -6,10 +6,11 @@ namespace sigmafmu {
 namespace {
 
 enum Axis { x, y, z };
+constexpr int kEquationsPerDisk = 3;
 
 // What each type of joint is made of: origins coincide or not, axes of frame 1 along which the origins have no
 // distance, pairs (axis of frame 1, axis of frame 2) that stay perpendicular, and one equation more of some types.
-enum class More { nothing, rod, thread, no_twist };
+enum class More { nothing, rod, thread, no_twist, disk };
 struct Composition {
   bool coincidence = false;
   std::vector<Axis> distances;
@@ -44,6 +45,8 @@ Composition composition(JointType type) {
       return {true, {}, {}, More::no_twist};
     case JointType::point_in_plane:
       return {false, {z}, {}};
+    case JointType::rolling_disk:
+      return {false, {}, {}, More::disk};
     case JointType::free:
       return {};
   }
@@ -74,9 +77,14 @@ Joint::Joint(const JointDef& d, double length)
   for (auto [i, j] : parts.perpendiculars) {
     perpendiculars_.push_back(axes(i, j));
   }
+  if (parts.more == More::disk) {
+    disks_.push_back({d.frame1.axes, d.frame1.origin, d.frame2.origin, d.frame2.axes.col(z), d.radius});
+    velocity_equations_ = 2;
+  }
   if (parts.more == More::no_twist) no_twists_.push_back({axes(x, y), axes(y, x)});
   for (const CoordinateType& type : sigmafmu::coordinates(d.type)) coordinates_.emplace_back(type, d.frame1, d.frame2);
   length_equations_ = (has_coincidence_ ? 3 : 0) + static_cast<int>(distances_.size() + rods_.size() + threads_.size());
+  length_equations_ += static_cast<int>(kEquationsPerDisk * disks_.size());
   equations_ = length_equations_ + static_cast<int>(perpendiculars_.size() + no_twists_.size());
   couples_frames_ = equations_ > (has_coincidence_ ? 3 : 0);
 }
@@ -111,6 +119,12 @@ void Joint::evaluate(const Inputs&, const Kinematics& k, double* phi, double* ph
     phi[row] = t.gap(k1, k2);
     t.gradient(k1, k2, row++, B[0], B[1]);
   }
+  for (const auto& d : disks_) {
+    phi[row] = d.gap(k1, k2);
+    phi[row + 1] = phi[row + 2] = 0;
+    d.gradient(k1, k2, row, B[0], B[1]);
+    row += kEquationsPerDisk;
+  }
   const double* row1 = B[0].data();
   const double* row2 = B[1].data();
   for (int i = 0; i < equations_; ++i, row1 += kVelocitiesPerBody, row2 += kVelocitiesPerBody) {
@@ -136,6 +150,7 @@ void Joint::rates(const Inputs&, const Kinematics& k, const FrameRows& Z, double
   for (const auto& t : threads_) t.rate(k1, k2, row++, Z[0], Z[1]);
   for (const auto& p : perpendiculars_) p.rate(k1, k2, row++, Z[0], Z[1]);
   for (const auto& t : no_twists_) t.rate(k1, k2, row++, Z[0], Z[1]);
+  for (const auto& d : disks_) d.rate(k1, k2, row, Z[0], Z[1]);
 }
 
 void Joint::stiffness(const Inputs&, const Kinematics& k, const double* lambda, const FramePairs& K) const {
@@ -149,6 +164,7 @@ void Joint::stiffness(const Inputs&, const Kinematics& k, const double* lambda, 
   for (const auto& t : threads_) t.stiffness(k1, k2, *lambda++, K);
   for (const auto& p : perpendiculars_) p.stiffness(k1, k2, *lambda++, K);
   for (const auto& t : no_twists_) t.stiffness(k1, k2, *lambda++, K);
+  for (const auto& d : disks_) d.stiffness(k1, k2, lambda, K);
 }
 
 bool Joint::axes_agree(const Kinematics& k) const {
@@ -176,6 +192,7 @@ Joint::Reaction Joint::reaction(const Kinematics& k, const ConstRows& B2, const 
   const Vector3d force = -B2.leftCols<3>().transpose().lazyProduct(multipliers);
   const Vector3d moment =
       -(k2.R_WB * B2.rightCols<3>().transpose().lazyProduct(multipliers));  // about the frame's origin, in W
+  if (tells_.is_default() && !disks_.empty()) return {force, Vector3d::Zero()};
   const Vector3d torque = moment - (k2.R_WB * frame2_.origin).cross(force);
   if (tells_.is_default()) return {force, torque};
   const bool at_1 = tells_.at == ReactionDef::At::frame1, in_1 = tells_.axes == ReactionDef::Axes::frame1;

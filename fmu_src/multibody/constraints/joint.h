@@ -5,6 +5,7 @@
 
 #include "multibody/constraints/constraint.h"
 #include "multibody/constraints/primitives.h"
+#include "multibody/constraints/rolling_disk.h"
 #include "multibody/joint_coordinate.h"
 
 namespace sigmafmu {
@@ -25,8 +26,11 @@ class Joint final : public Constraint {
   // The equations of parallel axes hold for opposite directions as well; false for those.
   bool axes_agree(const Kinematics& k) const;
 
+  // Of a rolling disk; else null.
+  const RollingDisk* disk() const { return disks_.empty() ? nullptr : disks_.data(); }
+
   // Force [N] and torque [N m] on body 2 that the constraint exerts: about the point and in the axes that the
-  // definition asks for, which are the origin of frame 2 and W where it does not.
+  // definition asks for, which are the origin of frame 2, or where a disk touches, and W where it does not.
   struct Reaction {
     Vector3d force, torque;
   };
@@ -42,6 +46,7 @@ class Joint final : public Constraint {
   std::vector<Thread> threads_;
   std::vector<PerpendicularAxes> perpendiculars_;
   std::vector<NoTwist> no_twists_;
+  std::vector<RollingDisk> disks_;
   Frame frame1_, frame2_;
   std::vector<JointCoordinate> coordinates_;
   ReactionDef tells_;

@@ -101,13 +101,23 @@ void joint_ports(Ports& ports, int j) {
         j, n + ".pitch", "Displacement", "Displacement of a turn, negative for a left-handed thread",
         [](Mechanism& m, int o, int, int) -> double& { return m.multibody.joints[o].pitch; }, Variability::fixed);
   }
+  const bool rolls = joint.type() == JointType::rolling_disk;
+  if (rolls) {
+    Port& radius = ports.parameter(
+        j, n + ".radius", "Position", "Radius of the disk",
+        [](Mechanism& m, int o, int, int) -> double& { return m.multibody.joints[o].radius; }, Variability::fixed);
+    radius.min = 0;
+    radius.above_min = true;
+    ports.outputs(j, n + ".contactPoint", 3, "Position", "Point where the disk touches the plane, in W",
+                  [](const View& v, int o, int, double* x) { vector3(x) = v.system.touching_point(v.evaluation, o); });
+  }
   const ReactionDef& tells = ports.mechanism.multibody.joints[j].reaction;
   const std::string axes[] = {"in W", "in the axes of frame 1", "in the axes of frame 2"};
   const std::string in_axes = ", " + axes[static_cast<int>(tells.axes)];
   const std::string frame = tells.at == ReactionDef::At::frame1 ? "frame 1" : "frame 2";
   const bool at_origin = tells.point.isZero(0);
-  const std::string point =
-      tells.is_default() ? "the joint's point on it" : (at_origin ? "the origin of " : "a point of ") + frame;
+  const std::string point = tells.is_default() ? (rolls ? "the point of contact" : "the joint's point on it")
+                                               : (at_origin ? "the origin of " : "a point of ") + frame;
   const std::string force = "Force of the joint on the second body" + in_axes;
   const std::string torque = "Torque of the joint on the second body about " + point + in_axes;
   const Ports::Group both = ports.group(j, 6, reaction, true);

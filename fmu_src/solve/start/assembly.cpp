@@ -46,6 +46,11 @@ void require_agreeing_axes(const MultibodyDef& definition, const System& system,
   }
 }
 
+void require_standing_disks(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  const std::string flat = describe_flat_disk(definition, system, q);
+  if (!flat.empty()) throw std::runtime_error(flat);
+}
+
 // A thin rod has no inertia about its axis: joints must not let it turn about that alone.
 void require_held_rods(const MultibodyDef& definition, const System& system, const VectorXd& q) {
   constexpr double kNothing = 1e-12, kFree = 1e-8;
@@ -93,6 +98,7 @@ void assemble_freely(const MultibodyDef& definition, const System& system, Consi
                      VectorXd& v) {
   read_initial_values(definition, system, q, v);
   const VectorXd q0 = q;
+  require_standing_disks(definition, system, q);
   const Inputs u = inputs_at_start(definition, system);
   if (!solver.project_positions(u, q).possible) {
     const std::string reason = describe_obstacle(definition, system, solver, u, q0, q);
@@ -236,6 +242,8 @@ void mesh_couplings(const MultibodyDef& definition, const VectorXd& turned, Inpu
 void assemble(const MultibodyDef& definition, const System& system, ConsistentSolver& solver, VectorXd& q,
               VectorXd& v) {
   if (definition.held.empty()) return assemble_freely(definition, system, solver, q, v);
+  read_initial_values(definition, system, q, v);
+  require_standing_disks(definition, system, q);
   assemble_freely(without_held_values(definition), system, solver, q, v);
   const VectorXd q0 = q;
   HeldProjection projection(definition, system);

@@ -11,6 +11,8 @@
 namespace sigmafmu {
 namespace {
 
+constexpr double kFlat = 1e-6;  // sine of an angle between disk and plane
+
 std::string list(const MultibodyDef& definition, const std::vector<int>& joints) {
   std::string text;
   for (std::size_t k = 0; k < joints.size(); ++k) {
@@ -35,7 +37,9 @@ std::string dependences(const MultibodyDef& definition, const Freedom& f) {
 
 std::string summary(const Freedom& f) {
   std::ostringstream text = text_stream(6);
-  text << f.degrees() << " (" << f.velocities << " velocities, " << f.independent << " independent joint equations";
+  text << f.degrees();
+  if (f.degrees_of_positions() > f.degrees()) text << " of velocities, " << f.degrees_of_positions() << " of positions";
+  text << " (" << f.velocities << " velocities, " << f.independent << " independent joint equations";
   if (f.equations > f.independent) text << ", " << f.equations - f.independent << " dependent ones";
   text << ")";
   return text.str();
@@ -77,7 +81,19 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
   return text.str();
 }
 
+std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q, double near) {
+  const RestPlace at(system, q);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const double tilt = system.tilt_of_disk(at.e, j);
+    if (!(tilt <= near)) continue;
+    return "The disk of joint " + definition.joints[j].name + (tilt > kFlat ? " nearly" : "") +
+           " lies flat: with its axis normal to its plane it touches that in no single point.";
+  }
+  return "";
+}
+
 std::string describe_singularity(const MultibodyDef& definition, const System& system, const VectorXd& q) {
+  if (const std::string text = describe_flat_disk(definition, system, q); !text.empty()) return text;
   if (const std::string text = describe_singular_position(definition, system, q); !text.empty()) return text;
   const VectorXd length = RestPlace(system, q).lengths.cwiseMax(1e-300);
   double heaviest = 0, least = INFINITY;

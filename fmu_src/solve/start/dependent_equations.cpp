@@ -211,6 +211,13 @@ Freedom freedom(const System& system, const VectorXd& q) {
   for (const JointPart& part : parts_of(at)) add(freedom_of(at, part), result);
   const auto earlier = [](const Freedom::Group& a, const Freedom::Group& b) { return a.joints[0] < b.joints[0]; };
   std::sort(result.groups.begin(), result.groups.end(), earlier);
+  result.independent_of_positions = result.independent;
+  if (system.velocity_equations().empty()) return result;
+  const RestPlace of_positions(system, q, system.make_inputs(), true);
+  result.independent_of_positions = 0;
+  for (const JointPart& part : parts_of(of_positions)) {
+    result.independent_of_positions += independent_equations(of_positions, part);
+  }
   return result;
 }
 
@@ -259,7 +266,7 @@ bool reach_positions(const System& system, const Inputs& u, VectorXd& q) {
   constexpr int kMaxIterations = 100;
   constexpr double kReached = 1e-11, kMaxMotion = 0.5;  // [m or 1], [rad]
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const RestPlace at(system, q, u);
+    const RestPlace at(system, q, u, true);
     const double residual = system.position_residual(at.e);
     if (!std::isfinite(residual)) return false;
     if (residual <= kReached * (1 + q.lpNorm<Eigen::Infinity>())) return true;

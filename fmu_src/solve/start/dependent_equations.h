@@ -12,6 +12,7 @@ namespace sigmafmu {
 // The equations B v = 0 of joints and drives at a position.
 struct Freedom {
   int velocities = 0, equations = 0, independent = 0;
+  int independent_of_positions = 0;  // without those of velocities alone, as rolling has them
   // Joints whose equations depend on each other, apart from those of other groups: which equations of a joint follow
   // from those before them is a matter of order.
   struct Group {
@@ -23,6 +24,7 @@ struct Freedom {
   double independent_margin = 1;  // the same, of those that do not follow from the others
 
   int degrees() const { return velocities - independent; }
+  int degrees_of_positions() const { return velocities - independent_of_positions; }
 };
 
 Freedom freedom(const System& system, const VectorXd& q);
@@ -32,7 +34,7 @@ Freedom initial_freedom(const MultibodyDef& definition);
 // For the joints and drives of all groups, as the definition comes: a value that is set makes no equation dependent.
 Compliance find_compliance(const MultibodyDef& definition);
 
-// "1 (18 velocities, 17 independent joint equations)"
+// "1 (18 velocities, 17 independent joint equations)", or "3 of velocities, 5 of positions (6 velocities, ...)"
 std::string summary(const Freedom& freedom);
 
 // Moves q onto Phi(q) = 0 also where equations are dependent; false when it cannot be reached. The way there is another
@@ -54,6 +56,10 @@ std::string describe_rigidity(const MultibodyDef& definition, const System& syst
 
 // One sentence when q is near a position where independent equations become dependent, or empty.
 std::string describe_nearness(const System& system, const VectorXd& q);
+
+// One sentence when a rolling disk lies on its plane at q, or is as close to that as the sine `near` of an angle says.
+std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q,
+                               double near = 1e-6);
 
 // Why the matrix of the equations of motion cannot be factorized at q: the sentence above, or which mass or inertia is
 // too small.

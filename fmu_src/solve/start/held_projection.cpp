@@ -135,8 +135,9 @@ VectorXd HeldProjection::gaps_of_rates(const VectorXd& q, const VectorXd& v, con
   return result;
 }
 
-// A and M at q: a column of A is what the velocity 1 of its number makes of the equations.
-void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates) {
+// A and M at q, for a motion or a change of positions: a column of A is what the velocity 1 of its number makes of the
+// equations.
+void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates, bool motion) {
   VectorXd v = VectorXd::Zero(system_.velocity_size());
   Coordinates rates = coordinates;
   for (Coordinate& c : rates) c.to = 0;
@@ -146,6 +147,9 @@ void HeldProjection::linearize(const VectorXd& q, const Coordinates& coordinates
     v[k] = 1;
     A_.col(k) = gaps_of_rates(q, v, rest_, rates) - by_itself;
     v[k] = 0;
+  }
+  if (!motion) {
+    for (int row : system_.velocity_equations()) A_.row(row).setZero();
   }
   M_ = dense_pairs(system_, e_.M);
 }
@@ -203,10 +207,12 @@ VectorXd HeldProjection::lengths_of_units(const Coordinates& coordinates) const 
   return result;
 }
 
-// If the coordinates and joints determine the motion of all bodies, the solver for that; else null.
+// If the coordinates and joints determine the motion of all bodies, the solver for that; else null. Where some
+// equations are of velocities alone positions and velocities are not determined by as many.
 DeterminedMotion* HeldProjection::determined(const Coordinates& coordinates) {
   const std::size_t free = free_[0].size() + free_[1].size() + free_[2].size();
-  if (!DeterminedMotion::applies(system_, coordinates.size()) || static_cast<int>(free) < system_.velocity_size()) {
+  if (!system_.velocity_equations().empty() || !DeterminedMotion::applies(system_, coordinates.size()) ||
+      static_cast<int>(free) < system_.velocity_size()) {
     return nullptr;
   }
   std::vector<int> indices;
@@ -248,7 +254,7 @@ bool HeldProjection::close(const Coordinates& coordinates, double s, int most_it
     if (largest <= kReached * scale && largest >= 0.5 * previous) return true;
     if (iteration == most_iterations) return largest <= kAllowed * scale;
     previous = largest;
-    linearize(q, coordinates);
+    linearize(q, coordinates, false);
     VectorXd x = least_motion(r);
     if (!x.allFinite()) return false;
     double rotation = 0;
@@ -270,7 +276,7 @@ void HeldProjection::approach(const Coordinates& coordinates, VectorXd& q) {
   if (free.empty() || !r.allFinite()) return;
   double damping = 1e-3;
   for (int i = 0; i < kIterations; ++i) {
-    linearize(q, coordinates);
+    linearize(q, coordinates, false);
     const MatrixXd A = weights.asDiagonal() * pick_columns(A_, free);
     const double before = r.squaredNorm();
     for (bool better = false; !better; damping = better ? std::max(0.1 * damping, kSmallest) : 10 * damping) {
@@ -405,7 +411,7 @@ void HeldProjection::positions(VectorXd& q) {
   });
   if (closed) return;
   const VectorXd r = gaps(q, held, 1.0);
-  linearize(q, held);
+  linearize(q, held, false);
   refuse(r, held, false);
 }
 
@@ -423,7 +429,7 @@ bool HeldProjection::adjust(const VectorXd& q, const Coordinates& rates, VectorX
       return true;
     }
   }
-  linearize(q, rates);
+  linearize(q, rates, true);
   for (int repeat = 0; repeat < 2; ++repeat)
     v += least_motion(gaps_of_rates(q, v, u_, rates));  // once more for rounding
   impose(v);

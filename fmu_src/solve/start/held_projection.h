@@ -57,7 +57,7 @@ class HeldProjection {
   VectorXd gaps_of_rates(const VectorXd& q, const VectorXd& v, const Inputs& u, const Coordinates& rates);
   double coordinate(int c) const { return system_.coordinate_value(e_, c); }
   double coordinate_rate(int c) const { return system_.coordinate_rate(e_, c); }
-  void linearize(const VectorXd& q, const Coordinates& coordinates);
+  void linearize(const VectorXd& q, const Coordinates& coordinates, bool motion);
   VectorXd lengths_of_units(const Coordinates& coordinates) const;
   VectorXd least_motion(const VectorXd& gaps) const;
   VectorXd moved(const VectorXd& q, const VectorXd& x) const;

@@ -74,8 +74,10 @@ std::vector<int> velocities(const System& system, const JointPart& part) {
 
 }  // namespace
 
-RestPlace::RestPlace(const System& s, const VectorXd& q, const Inputs& u) : system(s), e(s.make_evaluation()) {
+RestPlace::RestPlace(const System& s, const VectorXd& q, const Inputs& u, bool positions)
+    : system(s), e(s.make_evaluation()) {
   system.evaluate(q, VectorXd::Zero(system.velocity_size()), u, e);
+  if (positions) system.clear_velocity_rows(e);
   lengths = lever_arms(system, e);
 }
 

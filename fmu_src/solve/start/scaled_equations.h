@@ -18,7 +18,8 @@ struct RestPlace {
   VectorXd lengths;  // longest lever arm of the joints at each body [m]
 
   RestPlace(const System& s, const VectorXd& q) : RestPlace(s, q, s.make_inputs()) {}
-  RestPlace(const System& s, const VectorXd& q, const Inputs& u);
+  // `positions`: without equations of velocities alone.
+  RestPlace(const System& s, const VectorXd& q, const Inputs& u, bool positions = false);
 };
 
 // Joints whose equations are looked at together, and the bodies that these place. Motions of a part are six for each

@@ -117,6 +117,8 @@ SHAFT = 0.27
 """Length of a wheel's shaft [m]."""
 BESIDE, HERE = (-0.15, 0.0, 0.1), (0.3, 0.0, 0.1)
 """Where bodies are."""
+DISK = (HERE[2] ** 2 / 4, HERE[2] ** 2 / 2, HERE[2] ** 2 / 4)
+"""Of 1 kg about y, that stands on the plane z = 0."""
 
 
 def mechanism(element: Element, present: bool = True, copies: int = 1, to_ground: bool = False) -> Json:
@@ -168,6 +170,8 @@ class _Copy:
         found = {key: x for key, x in values.items() if x is not None}
         if self.element.section == "sensors":
             found["point"] = [0.4, 0, 0.15]
+        if {"normal", "axis"} <= found.keys():  # a disk that stands on its plane
+            found |= {"axis": [0, 1, 0], "radius": HERE[2]}
         for name in ("point", "point1", "point2"):
             if name in found:
                 found[name] = self._at(found[name])
@@ -181,7 +185,8 @@ class _Copy:
         if self.element.on_coordinates:
             return self._wheels()
         if section == "joints":  # what is fixed to the ground could not move
-            return (self._body("base", BESIDE) if name == "fixed" else "ground", self._body("part", HERE))
+            moments = DISK if name == "rolling_disk" else BOX
+            return (self._body("base", BESIDE) if name == "fixed" else "ground", self._body("part", HERE, moments))
         if section == "forces":
             return self._between(to_ground or self.element.on_plane)
         if section == "motions":  # a frame from which a body hangs

@@ -91,6 +91,30 @@ def _mujoco_joint(d: _core.Multibody) -> Any:
     return mj.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode")), np.array(rates)
 
 
+DISK_RADIUS = 0.3
+
+
+def rolling_disk() -> _core.Mechanism:
+    """A disk about x of its body that leans and rolls on the ground."""
+    m = mechanism()
+    turn = Rotation.from_euler("ZY", [0.4, 0.3])
+    spin = np.array([6.0, 0.5, 1.5])
+    place = np.array([0.1, -0.2, DISK_RADIUS * np.cos(0.3)])
+    velocity = np.cross(turn.apply(spin), turn.apply([0, 0, DISK_RADIUS]))
+    body = add_body(m.multibody, "a", 2.0, np.array([0.09, 0.05, 0.05]), place, turn, velocity, spin)
+    across = Rotation.from_euler("y", np.pi / 2).as_matrix()  # z along x
+    frames = _core.Frame(np.zeros(3), np.eye(3)), _core.Frame(np.zeros(3), across)
+    m.multibody.add(_core.Joint("joint", Type.rolling_disk, GROUND, frames[0], body, frames[1], radius=DISK_RADIUS))
+    return m
+
+
+def _exudyn_disk(model: Model, d: _core.Multibody) -> None:
+    markers = [model.marker(body, np.zeros(3)) for body in (model.add_ground(), model.bodies["a"])]
+    item = model.exu.itemInterface.ObjectJointRollingDisc
+    axes = {"discAxis": [1.0, 0.0, 0.0], "planeNormal": [0.0, 0.0, 1.0]}
+    model.mbs.AddObject(item(markerNumbers=markers, discRadius=DISK_RADIUS, constrainedAxes=[1, 1, 1], **axes))
+
+
 EXUDYN_NAMES = {Type.spherical: "JointSpherical", Type.distance: "DistanceConstraint"}
 
 
@@ -262,6 +286,7 @@ def _mujoco_equality(coefficients: list[float]) -> Any:
 
 CASES = (
     *(_joint_case(kind) for kind in (*EXUDYN_AXES, Type.universal, Type.distance)),
+    Case("rolling_disk", rolling_disk, exudyn=Peer("JointRollingDisc", _exudyn_disk, 2)),
     Case(
         "joint_springs",
         lambda: arm(*SPRINGS),

@@ -78,6 +78,8 @@ class Link:
     places: list[Place]
     stiff: np.ndarray
     """Directions, axes of W, in which a spring or damper acts."""
+    radius: float = 0.0
+    """Of a disk that rolls."""
 
 
 @dataclass
@@ -201,7 +203,9 @@ class Layout:
                 body.ends.append(point)
         acting = np.array(entry.get("stiffness", 1.0), dtype=float) != 0
         acting |= np.array(entry.get("damping", 0.0), dtype=float) != 0
-        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, np.broadcast_to(acting, 3))
+        radius = entry["radius"] if entry.get("type") == "rolling_disk" else 0.0
+        stiff = np.broadcast_to(acting, 3)
+        return Link(entry["name"], entry.get("type", ""), bodies, points, axes, carriers, stiff, radius)
 
 
 def _place(body: Body, node: int) -> Place:

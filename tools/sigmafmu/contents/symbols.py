@@ -144,6 +144,18 @@ def point_in_plane(link: Link, t: float) -> Iterable[Part]:
     yield Part(ball(link.points[1], 2.2 * t), DARK)
 
 
+def rolling_disk(link: Link, t: float) -> Iterable[Part]:
+    """Rim of a disk about z of the second frame, with an edge, spokes and an axle."""
+    centre, R, r = link.points[1], link.axes[1], link.radius
+    z, inside = R[:, 2], max(r - 1.8 * t, 0.8 * r)
+    profile = [(-0.8 * t, inside), (0.0, r), (0.8 * t, inside), (-0.8 * t, inside)]
+    yield Part(turned(profile, centre, z, 60), DARK)
+    for angle in np.pi / 3 * np.arange(3):
+        spoke = inside * (R @ [np.cos(angle), np.sin(angle), 0.0])
+        yield Part(cylinder(centre - spoke, centre + spoke, 0.4 * t, 8), GREY)
+    yield Part(cylinder(centre - 2 * t * z, centre + 2 * t * z, 0.9 * t), DARK)
+
+
 def free(_link: Link, _t: float) -> Iterable[Part]:
     """Nothing: it holds nothing."""
     yield from ()
@@ -158,7 +170,7 @@ JOINTS: dict[str, Callable[[Link, float], Iterable[Part]]] = {
     f.__name__: f
     for f in (
         *(spherical, revolute, universal, prismatic, fixed, cylindrical, planar, distance, point_on_line, free),
-        *(screw, constant_velocity, point_in_plane),
+        *(screw, constant_velocity, point_in_plane, rolling_disk),
     )
 }
 
@@ -171,7 +183,7 @@ def joint(link: Link, t: float) -> Iterable[Part]:
 def feet(link: Link, t: float, down: np.ndarray) -> Iterable[Part]:
     """What holds a joint on the ground."""
     for body, point in zip(link.bodies, link.points, strict=True):
-        if body is not None or link.type == "free":
+        if body is not None or link.type in ("free", "rolling_disk"):
             continue
         if link.type in GUIDED:
             for end in _guide(link, t):

@@ -157,13 +157,23 @@ class Selection:
 
 
 def select(
-    coordinates: Coordinates, q: np.ndarray, constraint: np.ndarray, size: np.ndarray, wanted: Sequence[int]
+    coordinates: Coordinates,
+    q: np.ndarray,
+    constraint: np.ndarray,
+    size: np.ndarray,
+    wanted: Sequence[int],
+    among: Sequence[int] | None = None,
 ) -> Selection:
-    """As many independent coordinates as there are motions that satisfy the constraints, `wanted` ones first."""
+    """As many independent coordinates as there are motions that satisfy the constraints, `wanted` ones first.
+
+    `among`: the only ones that may be taken; default: all.
+    """
     motions = size[:, None] * _null_space(constraint * size)
     gradient = coordinates.gradient(q)
     scaled = gradient * size
     rows = (gradient @ motions) / np.linalg.norm(scaled, axis=1)[:, None]
+    if among is not None:
+        rows[np.setdiff1d(np.arange(len(rows)), among)] = 0.0
     freedom = motions.shape[1]
     chosen: list[int] = []
 

@@ -98,7 +98,7 @@ class _Search:
         linear = Linearization(still, self.frame, self.wanted)
         if not self.rate_values:
             return linear
-        rates = np.array([self.rate_values.get(c.rate, 0.0) for c in linear.chosen])
+        rates = np.array([self.rate_values.get(c.rate, 0.0) for c in linear.rates])
         return Linearization(replace(still, v=linear.rates_to_velocities(rates)), self.frame, self.wanted)
 
     def _residual(self, linear: Linearization) -> tuple[np.ndarray, np.ndarray]:
@@ -112,9 +112,9 @@ class _Search:
         blocks = [np.vstack([by_input.accelerations, by_input.outputs[self.rows]])]
         if self.moves:
             by_position = linear.by_position()
-            follow = linear.selection.motions @ accelerations
+            follow = linear.rates_to_velocities(accelerations)
             damping = np.abs(follow / linear.size).max() / LARGEST_STEP
-            damped = by_position.accelerations - damping * np.eye(freedom)
+            damped = by_position.accelerations - damping * linear.motion_of_rates().T
             blocks.insert(0, np.vstack([damped, by_position.outputs[self.rows]]))
         step = np.linalg.lstsq(np.hstack(blocks), -np.concatenate([accelerations, gap]), rcond=1e-12)[0]
         q = point.q
@@ -135,7 +135,7 @@ class _Search:
     def _failure(self, linear: Linearization, accelerations: np.ndarray, gap: np.ndarray) -> str:
         what = f"found no equilibrium of {self.start.model}"
         worst = int(np.abs(accelerations).argmax())
-        coordinate = linear.chosen[worst]
+        coordinate = linear.rates[worst]
         told = f"der({coordinate.rate}) is still {accelerations[worst]:.3g} {coordinate.rate_unit}²"
         if gap.size and np.abs(gap).max() > TOLERANCE:
             name = linear.outputs.names[self.rows[int(np.abs(gap).argmax())]]

@@ -10,8 +10,17 @@ and v̇ from the index-1 equations gives, with ∂ along these motions,
     ξ' = G ξ + η,                      G = dL/dt E − ∂(L v)/∂q E − L v̂ E
     η' = ∂(L v̇ + dL/dt v).
 
-G is zero for coordinates that are integrals of their rates. For rotations it is ω̃ in W and −ω̃ in the body. All
-derivatives are differences of order 8. Those with respect to inputs are exact, since accelerations are affine in them.
+G is zero for coordinates that are integrals of their rates. For rotations it is ω̃ in W and −ω̃ in the body.
+
+Joints that roll hold velocities more than positions: of B, E has the rows of positions alone. Then there are fewer
+rates than coordinates, those of some of them, with a gradient L_v and motions E_v of their own, and
+
+    δq = E ξ,   δv = E_v η + D ξ    with  B E_v = 0, L_v E_v = 1,  L_v D = −(∂(L_v v)/∂q) E,
+
+    ξ' = G ξ + L E_v η,                G = L D + dL/dt E − L v̂ E.
+
+All derivatives are differences of order 8. Those with respect to inputs are exact, since accelerations are affine in
+them.
 """
 
 from collections.abc import Iterable, Mapping
@@ -80,14 +89,15 @@ class Linearization:
         self.size = sizes(point.mechanism, self.system)
         names = [c.name for c in self.coordinates.all]
         _, _, self._constraint, self._constraint_rate = self.system.constraints(point.q, point.v)
-        self.selection = select(
-            self.coordinates,
-            point.q,
-            self._constraint,
-            self.size,
-            choose(names, wanted, "coordinate", point.model),
-        )
+        chosen = choose(names, wanted, "coordinate", point.model)
+        of_positions = np.delete(self._constraint, self.system.velocity_equations, axis=0)
+        self.selection = select(self.coordinates, point.q, of_positions, self.size, chosen)
+        self.moving = self.selection
+        """The coordinates whose rates are states: all of them, unless something rolls."""
+        if len(of_positions) < len(self._constraint):
+            self.moving = select(self.coordinates, point.q, self._constraint, self.size, chosen, self.selection.indices)
         self.chosen = [self.coordinates.all[i] for i in self.selection.indices]
+        self.rates = [self.coordinates.all[i] for i in self.moving.indices]
         if not self.chosen:
             raise SigmafmuError(f"{point.model} cannot move: it has no degree of freedom")
         self._time = difference_time(point.v, self.size)
@@ -104,27 +114,29 @@ class Linearization:
         drift = self._drift()
         by_position, by_rate = self.by_position(drift), self.by_rate()
         by_input = self.by_input(columns)
-        freedom = len(chosen)
         accelerations, y = self.accelerations_and_outputs()
-        rates = self.coordinates.rates(point.q, point.v)[self.selection.indices]
+        rates = self.coordinates.rates(point.q, point.v)
         values = self.coordinates.values(point.q, point.turned)[self.selection.indices]
         input_names = tuple(self.outputs.inputs[i] for i in columns)
         output_names = tuple(self.outputs.names[i] for i in rows)
         return LinearModel(
             A=np.block(
-                [[self._convection(drift), np.eye(freedom)], [by_position.accelerations, by_rate.accelerations]]
+                [
+                    [self._convection(drift), self._coordinates_by_rate()],
+                    [by_position.accelerations, by_rate.accelerations],
+                ]
             ),
-            B=np.vstack([np.zeros((freedom, len(columns))), by_input.accelerations]),
+            B=np.vstack([np.zeros((len(chosen), len(columns))), by_input.accelerations]),
             C=np.hstack([by_position.outputs, by_rate.outputs])[rows],
             D=by_input.outputs[rows],
-            x0=np.concatenate([values, rates]),
+            x0=np.concatenate([values, rates[self.moving.indices]]),
             u0=point.u[columns],
             y0=y[rows],
-            dx0=np.concatenate([rates, accelerations]),
-            states=(*(c.name for c in chosen), *(c.rate for c in chosen)),
+            dx0=np.concatenate([rates[self.selection.indices], accelerations]),
+            states=(*(c.name for c in chosen), *(c.rate for c in self.rates)),
             inputs=input_names,
             outputs=output_names,
-            state_units=(*(c.unit for c in chosen), *(c.rate_unit for c in chosen)),
+            state_units=(*(c.unit for c in chosen), *(c.rate_unit for c in self.rates)),
             input_units=tuple(point.units.get(name, "") for name in input_names),
             output_units=tuple(point.units.get(name, "") for name in output_names),
             name=point.model,
@@ -134,8 +146,12 @@ class Linearization:
         )
 
     def rates_to_velocities(self, rates: np.ndarray) -> np.ndarray:
-        """The velocities v that satisfy the constraints with these rates of the chosen coordinates."""
-        return self.selection.motions @ rates
+        """The velocities v that satisfy the constraints with these rates, of `self.rates`."""
+        return self.moving.motions @ rates
+
+    def motion_of_rates(self) -> np.ndarray:
+        """Which of the chosen coordinates change with which of the rates: 1 where a coordinate has the rate."""
+        return np.equal.outer(self.selection.indices, self.moving.indices).astype(float)
 
     def accelerations_and_outputs(self) -> tuple[np.ndarray, np.ndarray]:
         """η' and all outputs at the point."""
@@ -164,7 +180,7 @@ class Linearization:
         result = self._columns(
             [
                 self._response(still, motion, RELATIVE_STEP * speed / np.abs(motion / self.size).max())
-                for motion in self.selection.motions.T
+                for motion in self.moving.motions.T
             ]
         )
         result.outputs[self.outputs.jumping] = 0.0
@@ -198,7 +214,7 @@ class Linearization:
         except RuntimeError as error:
             where = f"{self.point.model} at t = {self.point.time:g} s"
             raise SigmafmuError(f"cannot linearise {where}: {error}") from error
-        return self.coordinates.accelerations(q, v, vdot, self._time)[self.selection.indices], y
+        return self.coordinates.accelerations(q, v, vdot, self._time)[self.moving.indices], y
 
     def _response(self, motion: np.ndarray, velocity: np.ndarray, step: float) -> np.ndarray:
         """d(η', y) along a motion and a change of velocity."""
@@ -211,43 +227,51 @@ class Linearization:
         return derivative(at, step)
 
     def _columns(self, columns: list[np.ndarray]) -> Derivatives:
-        freedom = len(self.chosen)
+        freedom = len(self.rates)
         both = np.column_stack(columns) if columns else np.zeros((freedom + len(self.outputs.names), 0))
         return Derivatives(both[:freedom], both[freedom:])
 
-    def _along(self, direction: np.ndarray, velocities: np.ndarray, step: float) -> np.ndarray:
-        """d(L v) along a motion, for each column v of `velocities`, which are held."""
+    def _along(self, direction: np.ndarray, velocities: np.ndarray, step: float, indices: list[int]) -> np.ndarray:
+        """d(L v) along a motion, for each column v of `velocities`, which are held; L of these coordinates."""
 
         def at(s: float) -> np.ndarray:
             q = self.system.compose(self.point.q, s * direction)
-            return np.column_stack([self.coordinates.rates(q, v)[self.selection.indices] for v in velocities.T])
+            return np.column_stack([self.coordinates.rates(q, v)[indices] for v in velocities.T])
 
         return derivative(at, step)
 
     def _rates_by_position(self) -> np.ndarray:
-        """∂(L v)/∂q E."""
+        """∂(L_v v)/∂q E."""
         v = self.point.v[:, None]
         return np.hstack(
             [
-                self._along(motion, v, RELATIVE_STEP / np.abs(motion / self.size).max())
+                self._along(motion, v, RELATIVE_STEP / np.abs(motion / self.size).max(), self.moving.indices)
                 for motion in self.selection.motions.T
             ]
         )
 
     def _drift(self) -> np.ndarray:
         """D."""
-        E, L = self.selection.motions, self.selection.gradient
+        E, L = self.selection.motions, self.moving.gradient
         matrix = np.vstack([self._constraint, L]) * self.size
         right = np.vstack([-self._constraint_rate @ E, -self._rates_by_position()])
         return self.size[:, None] * np.linalg.lstsq(matrix, right, rcond=None)[0]
 
     def _convection(self, drift: np.ndarray) -> np.ndarray:
-        """G, where L D = −∂(L v)/∂q E."""
+        """G."""
         E, L = self.selection.motions, self.selection.gradient
         v = self.point.v
         turned = np.zeros_like(E)  # v̂ E: zero for translations, ω × for rotations
         for i in range(3, len(v) - self.system.modal_count, 6):
             turned[i : i + 3] = np.cross(v[i : i + 3], E[i : i + 3], axisb=0, axisc=0)
-        result = self._along(v, E, self._time) + L @ drift - L @ turned
-        result[[i for i, c in enumerate(self.chosen) if c.integral]] = 0.0
+        result = self._along(v, E, self._time, self.selection.indices) + L @ drift - L @ turned
+        moving = np.isin(self.selection.indices, self.moving.indices)
+        result[[i for i, c in enumerate(self.chosen) if c.integral and moving[i]]] = 0.0
         return result
+
+    def _coordinates_by_rate(self) -> np.ndarray:
+        """L E_v: a unit matrix where all rates are states."""
+        own = self.motion_of_rates()
+        others = own.sum(axis=1) == 0
+        own[others] = (self.selection.gradient @ self.moving.motions)[others]
+        return own

@@ -108,7 +108,7 @@ def _joint(name: str, joint: Record, placement: Placement) -> Json:
     else:
         pair = _frames_in_w(joint, placement[first], placement[second])
         frames = {end.frame: _frame(frame) for end, frame in zip(ends, pair, strict=True)}
-    more = {key: joint[key] for key in ("length", "pitch", "reaction") if key in joint}
+    more = {key: joint[key] for key in ("length", "pitch", "radius", "reaction") if key in joint}
     return {"name": name, "type": joint["type"], "bodies": joint["bodies"], **frames, **more}
 
 
@@ -124,6 +124,8 @@ def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame
         across /= np.linalg.norm(across)
         axes1 = np.column_stack([np.cross(joint["axis1"], across), joint["axis1"], across]) @ _about(1, -x[0])
         axes2 = np.column_stack([joint["axis2"], np.cross(across, joint["axis2"]), across]) @ _about(0, x[1])
+    elif "normal" in joint and "axis" in joint:  # of a plane and of a disk
+        axes1, axes2 = (_core.axes_with_z(np.array(joint[key])) for key in ("normal", "axis"))
     else:
         axes1 = _axes_in_w(joint)
         axes2 = axes1 @ turn

@@ -26,6 +26,7 @@ class JointType:
 MOTOR = (Key("motor", Flag(), "whether it has inputs for a torque between its bodies", default="false"),)
 
 PITCH = Key("pitch", Number("length"), "displacement of a turn; negative: a left-handed thread", required=True)
+RADIUS = Key("radius", positive("length"), "of the disk", required=True)
 REACTION = Struct(
     (
         Key("at", Word(("frame1", "frame2")), "frame about whose origin the torque is", default="frame2"),
@@ -56,6 +57,12 @@ JOINT_TYPES = {
         "holds a point and transmits the rotation about z however it is bent", both("point", "axis"), keys=MOTOR
     ),
     "point_in_plane": JointType("keeps a point in a plane", both("point", "normal"), ACROSS, MOTOR),
+    "rolling_disk": JointType(
+        "the second body has a disk that rolls without slip on a plane of the first",
+        (End(("point1", "normal"), "frame1", 0), End(("point2", "axis"), "frame2", 1)),
+        keys=(RADIUS,),
+        places=False,
+    ),
     "free": JointType("holds nothing", both("point", "orientation"), SPACE, MOTOR),
 }
 
