@@ -60,7 +60,8 @@ def test_equations_and_their_derivatives(seed):
     assert_close(gradient @ vdot + rate_gradient @ v + explicit, np.zeros_like(phi), 1e-11, np.abs(vdot).max())
     w = rng.uniform(-1, 1, len(v))
     moved = derivative(lambda t: system.constraints(system.compose(tree.q, t * w), v)[0])
-    assert_close(gradient @ w, moved, 1e-8, 1.0)
+    of_positions = np.setdiff1d(np.arange(len(phi)), system.velocity_equations)
+    assert_close((gradient @ w)[of_positions], moved[of_positions], 1e-8, 1.0)
 
 
 @property_test(100, seed=seeds)

@@ -14,11 +14,13 @@ from pathlib import Path
 import fmpy
 import pytest
 
+import sigmafmu
 from sigmafmu.fmu import Fmu
 
 from .helpers import inputs, integrator_combinations, parameters, real_outputs
 
 SOURCE = Path(__file__).with_name("real_time_master.cpp")
+LIBRARY = Path(__file__).parents[2] / "models" / "library"
 COMPILER = shlex.split(os.environ.get("CXX", "g++"))
 
 pytestmark = [
@@ -62,5 +64,16 @@ def count(master: Path, fmu: Fmu, settings: dict, steps: int = 1000) -> dict[str
 @pytest.mark.parametrize("settings", integrator_combinations(), ids=lambda s: "-".join(s.values()))
 def test_steps_are_fit_for_real_time(master, fmu, model, settings):
     counted = count(master, fmu(model), settings)
+    assert counted.pop("instantiate") > 100, "allocations are counted"
+    assert counted == {"set": 0, "doStep": 0, "get": 0, "tune": 0, "restore": 0, "locks": 0}
+
+
+FORMULATIONS = ("index3", "index2", "stabilizedIndex2")
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_steps_of_rolling_disks_are_fit_for_real_time(master, formulation):
+    model = sigmafmu.load(LIBRARY / "Bicycle.yaml")
+    counted = count(master, model.fmu, {"integrator.formulation": formulation})
     assert counted.pop("instantiate") > 100, "allocations are counted"
     assert counted == {"set": 0, "doStep": 0, "get": 0, "tune": 0, "restore": 0, "locks": 0}
