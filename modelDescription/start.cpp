@@ -127,7 +127,8 @@ std::string poses(const Mechanism& mechanism, int motion, const std::vector<doub
                   const std::vector<double>& added) {
   const std::vector<MotionDef>& motions = mechanism.multibody.motions;
   if (motion < 0 || motion >= static_cast<int>(motions.size())) throw std::invalid_argument("there is no such motion");
-  if (added.size() != kPrescribedPerMotion * times.size()) throw std::invalid_argument("what is added has another size");
+  if (added.size() != kPrescribedPerMotion * times.size())
+    throw std::invalid_argument("what is added has another size");
   const MovingFrame frame(motions[motion], 0);
   Inputs u(0, kPrescribedPerMotion, 0);
   Json positions = Json::array(), quaternions = Json::array();

@@ -21,8 +21,8 @@ std::string closure(const Mechanism& mechanism, const std::vector<double>& q, co
 // At the start: the acceleration of each of these joint coordinates by a unit of force on it, all other forces held.
 std::string mobility(const Mechanism& mechanism, const std::vector<int>& coordinates);
 
-// Of a frame of the ground that moves as prescribed, at n times [s]: `positions` in W, n x 3 [m], and `quaternions` R_WB
-// (w, x, y, z), n x 4. Displacements [m] and rotation vectors [rad], n x 6 by rows, are added to its tables.
+// Of a frame of the ground that moves as prescribed, at n times [s]: `positions` in W, n x 3 [m], and `quaternions`
+// R_WB (w, x, y, z), n x 4. Displacements [m] and rotation vectors [rad], n x 6 by rows, are added to its tables.
 std::string poses(const Mechanism& mechanism, int motion, const std::vector<double>& times,
                   const std::vector<double>& added);
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .parts import Place
 
+
 @dataclass
 class Frame:
     """What moves as a whole, with its pose at the start: a body, or a frame of the ground."""

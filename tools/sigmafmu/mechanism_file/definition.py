@@ -125,7 +125,7 @@ def _frames_in_w(joint: Record, first: Pose, second: Pose) -> tuple[Frame, Frame
         axes1 = np.column_stack([np.cross(joint["axis1"], across), joint["axis1"], across]) @ _about(1, -x[0])
         axes2 = np.column_stack([joint["axis2"], np.cross(across, joint["axis2"]), across]) @ _about(0, x[1])
     elif "normal" in joint and "axis" in joint:  # of a plane and of a disk
-        axes1, axes2 = (_core.axes_with_z(np.array(joint[key])) for key in ("normal", "axis"))
+        axes1, axes2 = (rotations.axes_with_z(np.array(joint[key])) for key in ("normal", "axis"))
     else:
         axes1 = _axes_in_w(joint)
         axes2 = axes1 @ turn
