@@ -199,7 +199,7 @@ def test_targets_in_sentences_exist(command):
 def test_commands_in_sentences_exist(command):
     """They are rarely complete, but what they name is there."""
     _, found, words = resolve(command)
-    known = {option for parameter in found.params for option in parameter.opts}
+    known = {option for parameter in found.params for option in (*parameter.opts, *parameter.secondary_opts)}
     assert {word for word in words if word.startswith("-")} <= known
 
 

@@ -98,7 +98,7 @@ def test_json_holds_matrices_and_names(linear, tmp_path):
 )
 def test_missing_packages_are_explained(linear, tmp_path, monkeypatch, package, use, message):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(SigmafmuError, match=message + r".*pip install '\.\[linear\]'"):
+    with pytest.raises(SigmafmuError, match=message + r".*pip install 'sigmafmu\[linear\]'"):
         use(linear, tmp_path)
 
 

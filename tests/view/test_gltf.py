@@ -3,7 +3,6 @@
 import json
 import struct
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,8 @@ import pytest
 from sigmafmu.view import rotations
 from sigmafmu.view.gltf import Z_UP, gltf
 from sigmafmu.view.subject import model_of, scene_of_fmu, to_record
+
+from .viewer_build import viewer_build
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = ROOT / "models" / "library"
@@ -39,10 +40,7 @@ def written():
 
 @pytest.mark.parametrize("target", ["FlexibleSliderCrank", "HighSpeedRotor", str(LIBRARY / "DoubleWishbone.yaml")])
 def test_validator_finds_nothing(written, target):
-    sys.path.append(str(ROOT / "tools" / "viewer"))
-    import build
-
-    sys.path.remove(str(ROOT / "tools" / "viewer"))
+    build = viewer_build()
     modules = build.NPM / "node_modules"
     if not (modules / "gltf-validator").is_dir():
         pytest.skip("npm's gltf-validator is not in build/npm: `make lint` fetches it")

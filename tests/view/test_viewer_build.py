@@ -1,19 +1,15 @@
 """The build of the page's script: where npm is not reached, the build goes on and says so in one sentence."""
 
-import importlib.util
 import sys
-from pathlib import Path
 
 import pytest
 
-FILE = Path(__file__).resolve().parents[2] / "tools" / "viewer" / "build.py"
+from .viewer_build import FILE, viewer_build
 
 
 @pytest.fixture
 def build(monkeypatch, tmp_path):
-    spec = importlib.util.spec_from_file_location("viewer_build", FILE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = viewer_build()
     monkeypatch.setattr(module, "NPM", tmp_path / "npm")
     return module
 
