@@ -315,7 +315,7 @@ def test_derivatives_of_constraints_at_nodes(kind, seed):
     rng, tree = make_tree(seed, kind)
     system = tree.system()
     size = system.velocity_size
-    q = system.compose(tree.q, 0.3 * rng.uniform(-1, 1, size))
+    q = system.compose(tree.q, 0.2 * rng.uniform(-1, 1, size))
     v, vdot = rng.uniform(-1, 1, (2, size))
     _, rate, gradient, rate_gradient = system.constraints(q, v)
     assert_close(system.constraints(tree.q, v)[0], np.zeros(system.constraint_size), 100 * EPS)
@@ -356,7 +356,7 @@ def test_mass_damping_and_stiffness_are_derivatives_of_the_residual(kind, seed):
     system = tree.system()
     size = system.velocity_size
     # Angles of joints, on which springs act, mean something where the joints' equations hold.
-    q = tree.q if tree.definition.joint_springs else system.compose(tree.q, 0.3 * rng.uniform(-1, 1, size))
+    q = tree.q if tree.definition.joint_springs else system.compose(tree.q, 0.2 * rng.uniform(-1, 1, size))
     v, vdot = rng.uniform(-1, 1, (2, size))
     multipliers = rng.uniform(-10, 10, system.constraint_size)
     inputs = rng.uniform(-10, 10, system.input_size)
