@@ -22,7 +22,8 @@ double RollingDisk::gap(const FrameKinematics& b1, const FrameKinematics& b2) co
   return distance(0, contact(b1, b2)).gap(b1, b2);
 }
 
-void RollingDisk::gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1, Rows B2) const {
+void RollingDisk::gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, const Rows& B1,
+                           const Rows& B2) const {
   const Contact at = contact(b1, b2);
   for (int k = 0; k < 3; ++k) distance(k, at).gradient(b1, b2, row + k, B1, B2);
 }

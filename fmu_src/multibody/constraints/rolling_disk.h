@@ -33,7 +33,7 @@ struct RollingDisk {
   Vector3d touching_point(const FrameKinematics& b1, const FrameKinematics& b2) const;
   double gap(const FrameKinematics& b1, const FrameKinematics& b2) const;
   // Three rows each.
-  void gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows B1, Rows B2) const;
+  void gradient(const FrameKinematics& b1, const FrameKinematics& b2, int row, const Rows& B1, const Rows& B2) const;
   void rate(const FrameKinematics& b1, const FrameKinematics& b2, int row, Rows Z1, Rows Z2) const;
   void stiffness(const FrameKinematics& b1, const FrameKinematics& b2, const double* lambda, const FramePairs& K) const;
 
