@@ -26,7 +26,7 @@ COPIED = (
     "tools",
 )
 
-pytestmark = pytest.mark.release
+pytestmark = [pytest.mark.release, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,6 @@ def tree(tmp_path_factory, run) -> Path:
     return tree
 
 
-@pytest.mark.slow
 def test_the_tests_of_the_fmus_pass_on_new_models(tree, run):
     said = run("cmake", "--build", tree / "build", "--target", "fmus")
     assert "HangingChain: degrees of freedom: 4 (12 velocities, 8 independent joint equations)" in said
