@@ -86,6 +86,7 @@ std::string closure(const Mechanism& mechanism, const std::vector<double>& q, co
     v[column] = 0;
   }
   system.evaluate(at, v, posed.inputs, posed.e);
+  system.clear_velocity_rows(posed.e);
   for (Eigen::Index i = 0; i < size; ++i) values[i] = system.coordinate_value(posed.e, coordinates[i]);
   return Json({{"gaps", numbers(posed.e.phi)},
                {"rows", rows(dense_rows(system, posed.e.B))},

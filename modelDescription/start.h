@@ -1,4 +1,4 @@
-// How a mechanism starts, as JSON: what the Python package asks while it reads mechanism files.
+// What the Python package asks of a mechanism while it reads files and draws, beside its description, as JSON.
 #pragma once
 
 #include <map>
@@ -14,7 +14,8 @@ namespace sigmafmu {
 // Throws std::exception with one sentence for one that is wrong or cannot be assembled.
 std::string start(Mechanism mechanism, const std::map<std::string, double>& values);
 
-// At positions q: `gaps` of the joints' equations and `rows`, their gradients by velocities; then the same of the
+// At positions q: `gaps` of the joints' equations and `rows`, their gradients by velocities, zero for equations of
+// velocities alone; then the same of the
 // `values` of chosen joint coordinates, `value_rows`. Matrices are lists of rows.
 std::string closure(const Mechanism& mechanism, const std::vector<double>& q, const std::vector<int>& coordinates);
 

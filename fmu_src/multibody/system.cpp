@@ -199,8 +199,9 @@ Vector3d System::touching_point(const Evaluation& e, int joint) const {
 
 double System::tilt_of_disk(const Evaluation& e, int joint) const {
   const RollingDisk* disk = joints_[joint]->disk();
+  if (!disk) return 1.0;
   const Kinematics k = kinematics(e, constraints_[joint].at);
-  return disk ? disk->contact(k[0], k[1]).sine : 1.0;
+  return disk->contact(k[0], k[1]).sine;
 }
 
 void System::clear_velocity_rows(Evaluation& e) const {

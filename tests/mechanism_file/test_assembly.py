@@ -168,3 +168,19 @@ def test_what_cannot_close_is_told_with_what_it_misses():
     assert "cannot be closed together, they miss by 0.4 m" in found
     assert all(f"hinge{i}" in found for i in (1, 2, 3, 4))
     load_text(bars(0.6, 0.6), "bars.yaml")
+
+
+def test_a_disk_is_put_on_its_plane_without_rolling():
+    """The least change lifts and leans it: what rolling without slip ties to a lean is no matter of positions."""
+    text = (LIBRARY / "RollingCoin.yaml").read_text(encoding="utf-8")
+    rough, radius, mass, inertia, lean = 0.05, 0.1, 1.0, 2.5e-3, np.radians(30)
+    found = load_text(text.replace("0.08660254037844387]", f"{rough}]", 1), "coin.yaml")
+    (coin,) = found.definition["bodies"]
+
+    def slope(turn):  # of m (r cos(lean + turn) - z)^2 / 2 + J turn^2 / 2
+        return -mass * (radius * np.cos(lean + turn) - rough) * radius * np.sin(lean + turn) + inertia * turn
+
+    turn = brentq(slope, 0.0, 1.0, xtol=1e-14)
+    assert coin["position"] == pytest.approx([0, 0, radius * np.cos(lean + turn)], abs=1e-9)
+    vector = Rotation.from_quat(coin["orientation"]["quaternion"], scalar_first=True).as_rotvec()
+    assert vector == pytest.approx([lean + turn, 0, 0], abs=1e-9)

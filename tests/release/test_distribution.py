@@ -86,6 +86,7 @@ def test_the_wheel_is_for_every_python_and_platform(wheel):
 
 def test_all_files_tell_the_same_version(wheel):
     version = wheel.name.split("-")[1]
+    assert f"pip install {wheel.name}\n" in (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.search(
         rf"^## \[?{re.escape(version)}\b", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE

@@ -82,6 +82,7 @@ std::string describe_nearness(const System& system, const VectorXd& q) {
 }
 
 std::string describe_flat_disk(const MultibodyDef& definition, const System& system, const VectorXd& q, double near) {
+  if (system.velocity_equations().empty()) return "";  // no disk
   const RestPlace at(system, q);
   for (int j = 0; j < system.joint_count(); ++j) {
     const double tilt = system.tilt_of_disk(at.e, j);

@@ -32,7 +32,7 @@ class Case:
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the last body, m
     output: str = ""  # of the FMU, at that point
     alone: bool = False  # not in Exudyn here
-    regular: Callable[[], _core.Mechanism] | None = None  # what Exudyn gets, which cannot have redundant joints
+    regular: Callable[[], _core.Mechanism] | None = None  # what Exudyn gets: its fast solvers take no redundant joints
 
     @property
     def steps(self) -> int:
