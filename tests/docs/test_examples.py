@@ -157,7 +157,8 @@ def test_examples_of(page, tmp_path, monkeypatch):
         elif part := re.match(r"# of (\w+\.yaml)\n", block.text):  # what a command before has written
             assert block.text[part.end() :] in Path(part[1]).read_text(encoding="utf-8"), block.name
         else:
-            exec(compile(block.text, block.name, "exec"), variables)
+            text = block.text if HAS_VIEWER else re.sub(r"^.*\.show\(\).*$", "", block.text, flags=re.MULTILINE)
+            exec(compile(text, block.name, "exec"), variables)
     if page == "start.md":  # "one number starts a mechanism: the crank at 10 rad/s"
         angle = variables["result"]["crankPivot.angle"]
         assert (angle[1] - angle[0]) / 0.01 == pytest.approx(10.0, rel=0.1)

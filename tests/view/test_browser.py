@@ -50,10 +50,8 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
+def page(viewer, tmp_path_factory):
     """Function that writes the page of a model or a file, and tells its path."""
-    if not Path(pages.__file__).with_name(pages.VIEWER).is_file():
-        pytest.skip("the package was built without npm, so it has no viewer")
     written = {}
 
     def get(target: str, stop_time: float | None = None) -> Path:
@@ -224,7 +222,7 @@ def test_deformation_is_exaggerated(browser, page):
     assert (np.abs(browser.picture() - before).max(axis=2) > 60).sum() > 300
 
 
-def test_notebook_shows_it_in_a_frame(browser, tmp_path):
+def test_notebook_shows_it_in_a_frame(viewer, browser, tmp_path):
     model = sigmafmu.load("HeavyTop")
     notebook = tmp_path / "notebook.html"
     notebook.write_text(f"<!doctype html><meta charset=utf-8>{model.run(0.1).show()._repr_html_()}", encoding="utf-8")

@@ -25,12 +25,6 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.fixture
-def viewer():
-    if not Path(pages.__file__).with_name(pages.VIEWER).is_file():
-        pytest.skip("the package was built without npm, so it has no viewer")
-
-
 def fail(command: str) -> str:
     result = run(command)
     assert result.exit_code == 1, result.output
@@ -98,7 +92,7 @@ def test_gltf_needs_no_viewer(monkeypatch):
 def test_mistakes_are_told():
     said = fail("view HeavyTop --no-open --gltf x.glb --variables energy.totl")
     assert "HeavyTop has no variable 'energy.totl'; did you mean energy.total" in said
-    assert "unknown model 'Top'" in fail("view Top --no-open")
+    assert "unknown model 'Top'" in fail("view Top --no-open --gltf x.glb")
     Path("short.csv").write_text("time,a\n0,1,2\n")
     assert "short.csv is no result: its first column must be time" in fail("view short.csv --no-open --gltf x.glb")
     assert "absent.csv cannot be read: No such file" in fail("view absent.csv --no-open --gltf x.glb")

@@ -13,18 +13,13 @@ from research.browser import Browser, MissingError
 from sigmafmu import SigmafmuError, realtime
 from sigmafmu.cli import app
 from sigmafmu.view import live as module
-from sigmafmu.view import page as pages
 from sigmafmu.view.subject import model_of, scene_of_fmu
 
 RATE, DURATION = 500.0, 0.6
 
 
 @pytest.fixture(scope="module")
-def top():
-    try:
-        pages.viewer_source()
-    except SigmafmuError:
-        pytest.skip("the package was built without npm, so it has no viewer")
+def top(viewer):
     model = model_of("HeavyTop")
     return model, scene_of_fmu(model.fmu)
 
